@@ -1,0 +1,36 @@
+#pragma once
+#include <filesystem>
+
+#include "scatmap/base/output_file.h"
+
+namespace scatmap {
+
+/// A folder that appears whole or not at all: filled under a temporary name beside its target, then renamed. Dropped
+/// without commit() it leaves nothing behind and what was there intact.
+class OutputFolder {
+ public:
+  /// `marker`: a file, relative to the folder, that every folder of this kind holds.
+  /// @throws Error if the target exists, is not empty and Overwrite is kKeep; if it is no folder; if kForce would
+  /// replace a folder without the marker (somebody's data); if its parent does not exist
+  OutputFolder(const std::filesystem::path& target, std::filesystem::path marker, Overwrite overwrite);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  /// Where to write; exists and is empty.
+  const std::filesystem::path& temporary() const { return temporary_; }
+  const std::filesystem::path& target() const { return target_; }
+  /// @throws Error
+  void commit();
+
+ private:
+  void refuse_existing() const;
+
+  std::filesystem::path target_;
+  std::filesystem::path marker_;
+  std::filesystem::path temporary_;
+  Overwrite overwrite_;
+  bool committed_ = false;
+};
+
+}  // namespace scatmap

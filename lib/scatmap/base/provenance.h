@@ -1,0 +1,27 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace scatmap {
+
+/// The version of the library, "0.1.0".
+std::string version();
+
+/// An input as it was when it was read.
+struct InputRecord {
+  std::string path;    ///< as the user named it
+  std::string sha256;  ///< 64 lower-case hexadecimal digits
+};
+
+/// What every output records, so that it can be made again.
+struct Provenance {
+  std::string command_line;
+  std::string written_by = "scatmap " + version();
+  std::vector<InputRecord> inputs;
+};
+
+/// SHA-256 (FIPS 180-4) of a file's bytes. @throws Error if it cannot be read
+InputRecord record_input(const std::filesystem::path& path);
+
+}  // namespace scatmap

@@ -1,0 +1,269 @@
+#include "scatmap/base/toml_file.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "scatmap/base/error.h"
+#include "scatmap/base/output_file.h"
+
+namespace scatmap {
+
+struct TomlTable::Document {
+  toml::table root;
+  std::string name;
+  std::filesystem::path folder;
+};
+
+struct TomlTable::Node {
+  const toml::table* table = nullptr;
+  std::string prefix;  // dotted name of this table, with a trailing dot, or empty
+  std::set<std::string, std::less<>> asked;
+  std::vector<std::shared_ptr<Node>> children;
+};
+
+namespace {
+
+std::string at_line(const std::string& file, const toml::node* node) {
+  if (node == nullptr || node->source().begin.line == 0) return file;
+  return file + ":" + std::to_string(node->source().begin.line);
+}
+
+std::string shown(double value) {
+  std::ostringstream out;
+  out.precision(17);
+  out << value;
+  return out.str();
+}
+
+std::string described(const NumberRange& range) {
+  constexpr double kMax = std::numeric_limits<double>::max();
+  if (range.minimum == -kMax && range.maximum == kMax) return "a finite number";
+  std::string text = "a number";
+  if (range.minimum > -kMax) text += (range.exclude_minimum ? " > " : " >= ") + shown(range.minimum);
+  if (range.maximum < kMax) text += (range.minimum > -kMax ? std::string(" and <= ") : std::string(" <= ")) + shown(range.maximum);
+  return text;
+}
+
+bool inside(double v, const NumberRange& r) {
+  return std::isfinite(v) && v <= r.maximum && (r.exclude_minimum ? v > r.minimum : v >= r.minimum);
+}
+
+std::string type_name(const toml::node& node) {
+  std::ostringstream out;
+  out << node.type();
+  const std::string name = out.str();
+  return (name == "integer" || name == "array" ? "an " : "a ") + name;
+}
+
+double checked_number(const toml::node& node, const std::string& where, const NumberRange& range) {
+  const auto value = node.is_number() ? node.value<double>() : std::nullopt;
+  if (!value) throw Error({where, "has the wrong type", type_name(node), described(range)});
+  if (!inside(*value, range)) throw Error({where, "is out of range", shown(*value), described(range)});
+  return *value;
+}
+
+}  // namespace
+
+TomlTable::TomlTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node)
+    : document_(std::move(document)), node_(std::move(node)) {}
+
+TomlTable TomlTable::parse(const std::string& text, const std::string& name) {
+  auto document = std::make_shared<Document>();
+  document->name = name;
+  document->folder = std::filesystem::path(name).parent_path();
+  try {
+    document->root = toml::parse(text, name);
+  } catch (const toml::parse_error& e) {
+    throw Error({name + ":" + std::to_string(e.source().begin.line), "is not valid TOML: " + std::string(e.description()), {}, {}});
+  }
+  auto node = std::make_shared<Node>();
+  node->table = &document->root;
+  return {std::move(document), std::move(node)};
+}
+
+TomlTable TomlTable::read(const std::filesystem::path& path) { return parse(read_text_file(path), path.string()); }
+
+std::string TomlTable::where(const std::string& key) const {
+  const toml::node* found = node_->table->get(key);
+  return at_line(document_->name, found != nullptr ? found : node_->table) + ": " + node_->prefix + key;
+}
+
+std::filesystem::path TomlTable::resolve(const std::string& path) const { return document_->folder / path; }
+
+bool TomlTable::has(const std::string& key) const { return node_->table->contains(key); }
+
+double TomlTable::number(const std::string& key, const NumberRange& range) const {
+  const auto value = optional_number(key, range);
+  if (!value) throw Error({where(key), "is missing", {}, described(range)});
+  return *value;
+}
+
+std::optional<double> TomlTable::optional_number(const std::string& key, const NumberRange& range) const {
+  node_->asked.insert(key);
+  const toml::node* found = node_->table->get(key);
+  if (found == nullptr) return std::nullopt;
+  return checked_number(*found, where(key), range);
+}
+
+double TomlTable::number_or(const std::string& key, double fallback, const NumberRange& range) const {
+  return optional_number(key, range).value_or(fallback);
+}
+
+std::vector<double> TomlTable::numbers(const std::string& key, std::size_t count, const NumberRange& range) const {
+  node_->asked.insert(key);
+  const toml::node* found = node_->table->get(key);
+  const std::string wanted = count == 0 ? "an array of numbers" : "an array of " + std::to_string(count) + " numbers";
+  if (found == nullptr) throw Error({where(key), "is missing", {}, wanted});
+  const toml::array* array = found->as_array();
+  if (array == nullptr) throw Error({where(key), "has the wrong type", type_name(*found), wanted});
+  if (count != 0 && array->size() != count) {
+    throw Error({where(key), "has the wrong length", std::to_string(array->size()) + " elements", wanted});
+  }
+  std::vector<double> out;
+  for (const toml::node& element : *array) out.push_back(checked_number(element, where(key), range));
+  return out;
+}
+
+int TomlTable::integer(const std::string& key, int minimum, int maximum) const {
+  node_->asked.insert(key);
+  const std::string wanted = "an integer from " + std::to_string(minimum) + " to " + std::to_string(maximum);
+  const toml::node* found = node_->table->get(key);
+  if (found == nullptr) throw Error({where(key), "is missing", {}, wanted});
+  const auto value = found->is_integer() ? found->value<std::int64_t>() : std::nullopt;
+  if (!value) throw Error({where(key), "has the wrong type", type_name(*found), wanted});
+  if (*value < minimum || *value > maximum) throw Error({where(key), "is out of range", std::to_string(*value), wanted});
+  return static_cast<int>(*value);
+}
+
+bool TomlTable::boolean_or(const std::string& key, bool fallback) const {
+  node_->asked.insert(key);
+  const toml::node* found = node_->table->get(key);
+  if (found == nullptr) return fallback;
+  const auto value = found->value_exact<bool>();
+  if (!value) throw Error({where(key), "has the wrong type", type_name(*found), "true or false"});
+  return *value;
+}
+
+std::string TomlTable::string(const std::string& key) const {
+  const auto value = optional_string(key);
+  if (!value) throw Error({where(key), "is missing", {}, "a string"});
+  return *value;
+}
+
+std::optional<std::string> TomlTable::optional_string(const std::string& key) const {
+  node_->asked.insert(key);
+  const toml::node* found = node_->table->get(key);
+  if (found == nullptr) return std::nullopt;
+  const auto value = found->value_exact<std::string>();
+  if (!value) throw Error({where(key), "has the wrong type", type_name(*found), "a string"});
+  if (value->empty()) throw Error({where(key), "is empty", {}, "a string"});
+  return value;
+}
+
+std::string TomlTable::choice(const std::string& key, const std::vector<std::string>& choices) const {
+  const std::string value = optional_string(key).value_or(choices.front());
+  if (std::find(choices.begin(), choices.end(), value) != choices.end()) return value;
+  std::string wanted = "one of";
+  for (const std::string& c : choices) wanted += " \"" + c + "\"";
+  throw Error({where(key), "is not known", "\"" + value + "\"", wanted});
+}
+
+std::vector<std::string> TomlTable::strings(const std::string& key) const {
+  if (!has(key)) throw Error({where(key), "is missing", {}, "an array of strings"});
+  return strings_or_empty(key);
+}
+
+std::vector<std::string> TomlTable::strings_or_empty(const std::string& key) const {
+  node_->asked.insert(key);
+  const toml::node* found = node_->table->get(key);
+  if (found == nullptr) return {};
+  const toml::array* array = found->as_array();
+  if (array == nullptr) throw Error({where(key), "has the wrong type", type_name(*found), "an array of strings"});
+  std::vector<std::string> out;
+  for (const toml::node& element : *array) {
+    const auto value = element.value_exact<std::string>();
+    if (!value || value->empty()) throw Error({where(key), "has an element of the wrong type", type_name(element), "strings"});
+    out.push_back(*value);
+  }
+  return out;
+}
+
+std::vector<std::vector<double>> TomlTable::matrix(const std::string& key) const {
+  node_->asked.insert(key);
+  const toml::node* found = node_->table->get(key);
+  if (found == nullptr) throw Error({where(key), "is missing", {}, "an array of rows of numbers"});
+  const toml::array* rows = found->as_array();
+  if (rows == nullptr) throw Error({where(key), "has the wrong type", type_name(*found), "an array of rows of numbers"});
+  std::vector<std::vector<double>> out;
+  for (const toml::node& row : *rows) {
+    const toml::array* array = row.as_array();
+    if (array == nullptr) throw Error({where(key), "has a row of the wrong type", type_name(row), "numbers"});
+    out.emplace_back();
+    for (const toml::node& element : *array) out.back().push_back(checked_number(element, where(key), kAnyNumber));
+  }
+  return out;
+}
+
+TomlTable TomlTable::table(const std::string& key) const {
+  const auto found = optional_table(key);
+  if (!found) throw Error({where(key), "is missing", {}, "a table [" + node_->prefix + key + "]"});
+  return *found;
+}
+
+std::optional<TomlTable> TomlTable::optional_table(const std::string& key) const {
+  node_->asked.insert(key);
+  const toml::node* found = node_->table->get(key);
+  if (found == nullptr) return std::nullopt;
+  if (!found->is_table()) throw Error({where(key), "has the wrong type", type_name(*found), "a table"});
+  for (const auto& child : node_->children) {
+    if (child->table == found->as_table()) return TomlTable(document_, child);
+  }
+  auto child = std::make_shared<Node>();
+  child->table = found->as_table();
+  child->prefix = node_->prefix + key + ".";
+  node_->children.push_back(child);
+  return TomlTable(document_, child);
+}
+
+std::vector<TomlTable> TomlTable::tables(const std::string& key) const {
+  node_->asked.insert(key);
+  const toml::node* found = node_->table->get(key);
+  if (found == nullptr) return {};
+  const toml::array* array = found->as_array();
+  if (array == nullptr) throw Error({where(key), "has the wrong type", type_name(*found), "tables [[" + node_->prefix + key + "]]"});
+  std::vector<TomlTable> out;
+  for (const toml::node& element : *array) {
+    if (!element.is_table()) throw Error({where(key), "has an element of the wrong type", type_name(element), "tables"});
+    auto child = std::make_shared<Node>();
+    child->table = element.as_table();
+    child->prefix = node_->prefix + key + "." + std::to_string(out.size()) + ".";
+    node_->children.push_back(child);
+    out.push_back(TomlTable(document_, child));
+  }
+  return out;
+}
+
+std::vector<std::string> TomlTable::table_names() const {
+  std::vector<std::pair<std::size_t, std::string>> found;
+  for (const auto& [key, value] : *node_->table) {
+    if (value.is_table()) found.emplace_back(value.source().begin.line, std::string(key.str()));
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<std::string> names;
+  for (auto& [line, name] : found) names.push_back(std::move(name));
+  return names;
+}
+
+void TomlTable::reject_unknown_keys() const {
+  for (const auto& [key, value] : *node_->table) {
+    if (!node_->asked.contains(key.str())) throw Error({where(std::string(key.str())), "is not a known key", {}, {}});
+  }
+  for (const auto& child : node_->children) TomlTable(document_, child).reject_unknown_keys();
+}
+
+}  // namespace scatmap

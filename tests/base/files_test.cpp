@@ -1,0 +1,114 @@
+// Outputs appear whole or not at all, number texts keep every bit, checksums are SHA-256. Kills and full disks are not tested here.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <random>
+
+#include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
+#include "scatmap/base/output_file.h"
+#include "scatmap/base/output_folder.h"
+#include "scatmap/base/provenance.h"
+#include "scatmap/base/units.h"
+
+namespace scatmap {
+namespace {
+namespace fs = std::filesystem;
+
+class Files : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / ("scatmap-files-" + std::to_string(getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::size_t entries() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator())); }
+  fs::path folder_;
+};
+
+TEST_F(Files, DroppedOutputLeavesNothing) {
+  try {
+    OutputFile out(folder_ / "a.txt", Overwrite::kKeep);
+    std::ofstream(out.temporary()) << "half";
+    throw 1;
+  } catch (int) {
+  }
+  EXPECT_EQ(entries(), 0u);
+}
+
+TEST_F(Files, CommittedOutputIsWholeAndAlone) {
+  write_text_file(folder_ / "a.txt", "all of it", Overwrite::kKeep);
+  EXPECT_EQ(read_text_file(folder_ / "a.txt"), "all of it");
+  EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(Files, ExistingFileIsKeptUnlessForced) {
+  write_text_file(folder_ / "a.txt", "old", Overwrite::kKeep);
+  EXPECT_THROW(write_text_file(folder_ / "a.txt", "new", Overwrite::kKeep), Error);
+  EXPECT_EQ(read_text_file(folder_ / "a.txt"), "old");
+  write_text_file(folder_ / "a.txt", "new", Overwrite::kForce);
+  EXPECT_EQ(read_text_file(folder_ / "a.txt"), "new");
+  EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(Files, FoldersMissingFoldersAndDanglingLinksAreRefused) {
+  EXPECT_THROW(OutputFile(folder_, Overwrite::kForce), Error);
+  EXPECT_THROW(OutputFile(folder_ / "no" / "a.txt", Overwrite::kForce), Error);
+  fs::create_symlink("nowhere", folder_ / "link");
+  EXPECT_THROW(OutputFile(folder_ / "link", Overwrite::kKeep), Error);
+}
+
+TEST_F(Files, FolderAppearsWholeAndReplacesOnlyItsOwnKind) {
+  const auto make = [&](Overwrite overwrite, const char* text) {
+    OutputFolder out(folder_ / "d", "marker.txt", overwrite);
+    std::ofstream(out.temporary() / "marker.txt") << text;
+    out.commit();
+  };
+  make(Overwrite::kKeep, "1");
+  EXPECT_THROW(make(Overwrite::kKeep, "2"), Error);
+  make(Overwrite::kForce, "3");
+  EXPECT_EQ(read_text_file(folder_ / "d" / "marker.txt"), "3");
+  fs::create_directories(folder_ / "mine");
+  std::ofstream(folder_ / "mine" / "data") << "x";
+  EXPECT_THROW(OutputFolder(folder_ / "mine", "marker.txt", Overwrite::kForce), Error);
+  EXPECT_EQ(read_text_file(folder_ / "mine" / "data"), "x");
+  EXPECT_EQ(entries(), 2u);
+}
+
+TEST_F(Files, Sha256OfFips180Examples) {
+  write_text_file(folder_ / "abc", "abc", Overwrite::kKeep);
+  EXPECT_EQ(record_input(folder_ / "abc").sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  write_text_file(folder_ / "million", std::string(1000000, 'a'), Overwrite::kKeep);
+  EXPECT_EQ(record_input(folder_ / "million").sha256, "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+TEST(NumberText, ReadsBackBitForBit) {
+  std::mt19937_64 rng(3);
+  for (int i = 0; i < 100000; ++i) {
+    double v = 0;
+    const std::uint64_t bits = rng();
+    std::memcpy(&v, &bits, sizeof v);
+    if (!std::isfinite(v)) continue;
+    const double back = std::strtod(number_text(v).c_str(), nullptr);
+    EXPECT_EQ(std::memcmp(&back, &v, sizeof v), 0);
+  }
+  EXPECT_EQ(number_text(325), "325");
+  EXPECT_EQ(number_text(-0.0), "-0.0");
+}
+
+TEST(NumberText, InUnitsEveryValueFromAFileComesBack) {
+  std::mt19937_64 rng(4);
+  for (int i = 0; i < 100000; ++i) {
+    const double in_file = std::uniform_real_distribution<double>(-1e3, 1e3)(rng);
+    for (const double unit : {kMetrePerMm, kMetrePerUm, kRadPerDeg}) {
+      const double inside = in_file * unit;
+      EXPECT_EQ(std::strtod(number_text_in_unit(inside, unit).c_str(), nullptr) * unit, inside);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace scatmap

@@ -1,0 +1,69 @@
+// The strict TOML reader: what it gives, and that it names file, line and key of what it refuses.
+#include "scatmap/base/toml_file.h"
+
+#include <gtest/gtest.h>
+
+#include "scatmap/base/error.h"
+
+namespace scatmap {
+namespace {
+
+template <class Work>
+std::string message(Work&& work) {
+  try {
+    work();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(TomlTable, ReadsWhatStands) {
+  const TomlTable t = TomlTable::parse("a = 1\nb = 2.5\nc = \"x\"\nd = [1, 2]\n[e]\nf = true\n[[g]]\nh = 1\n[[g]]\nh = 2\n", "f.toml");
+  EXPECT_EQ(t.number("a"), 1);
+  EXPECT_EQ(t.number("b"), 2.5);
+  EXPECT_EQ(t.string("c"), "x");
+  EXPECT_EQ(t.numbers("d", 2), (std::vector<double>{1, 2}));
+  EXPECT_TRUE(t.table("e").boolean_or("f", false));
+  const auto g = t.tables("g");
+  ASSERT_EQ(g.size(), 2u);
+  EXPECT_EQ(g[1].integer("h", 0, 9), 2);
+  EXPECT_EQ(g[0].integer("h", 0, 9), 1);
+  EXPECT_NO_THROW(t.reject_unknown_keys());
+  EXPECT_EQ(t.number_or("absent", 7), 7);
+  EXPECT_FALSE(t.optional_table("absent").has_value());
+  EXPECT_TRUE(t.tables("absent").empty());
+}
+
+TEST(TomlTable, NamesFileLineAndKey) {
+  const TomlTable t = TomlTable::parse("a = 1\n\n[b]\nc = \"x\"\nd = -1\n[[e]]\nf = 1\n", "f.toml");
+  EXPECT_EQ(message([&] { t.table("b").number("c"); }), "f.toml:4: b.c: has the wrong type, got a string, expected a finite number");
+  EXPECT_EQ(message([&] { t.table("b").number("d", kPositive); }), "f.toml:5: b.d: is out of range, got -1, expected a number > 0");
+  EXPECT_NE(message([&] { t.table("b").number("z"); }).find("b.z: is missing"), std::string::npos);
+  EXPECT_NE(message([&] { t.tables("e")[0].string("f"); }).find("f.toml:7: e.0.f"), std::string::npos);
+  EXPECT_NE(message([&] { t.reject_unknown_keys(); }).find("is not a known key"), std::string::npos);
+}
+
+TEST(TomlTable, NonFiniteNumbersAreRefusedEverywhere) {
+  const TomlTable t = TomlTable::parse("a = nan\nb = inf\nc = [1, nan]\nd = [[1, inf]]\n", "f.toml");
+  EXPECT_THROW(t.number("a"), Error);
+  EXPECT_THROW(t.number("b"), Error);
+  EXPECT_THROW(t.numbers("c", 2), Error);
+  EXPECT_THROW(t.matrix("d"), Error);
+}
+
+TEST(TomlTable, UnknownKeysInSubTablesAreFound) {
+  const TomlTable t = TomlTable::parse("[a]\n[a.b]\nc = 1\n", "f.toml");
+  const TomlTable b = t.table("a").table("b");
+  EXPECT_NE(message([&] { t.reject_unknown_keys(); }).find("f.toml:3: a.b.c"), std::string::npos);
+  b.number("c");
+  EXPECT_NO_THROW(t.reject_unknown_keys());
+}
+
+TEST(TomlTable, SyntaxErrorsHaveALine) {
+  EXPECT_EQ(message([] { TomlTable::parse("a = 1\nb = = 2\n", "f.toml"); }).rfind("f.toml:2: is not valid TOML", 0), 0u);
+  EXPECT_NE(message([] { TomlTable::parse("a = 1\na = 2\n", "f.toml"); }), "no error");
+}
+
+}  // namespace
+}  // namespace scatmap
