@@ -1,0 +1,36 @@
+#pragma once
+#include "scatmap/angles/instrument.h"
+#include "scatmap/angles/pixel_plane.h"
+#include "scatmap/base/grid.h"
+#include "scatmap/base/mask.h"
+
+namespace scatmap {
+
+/// Per pixel: where the light that reaches it left the sample.
+struct AngleMap {
+  double theta_i_rad = 0;          ///< between sample normal and the direction to the source; phi_i = 0
+  Grid<double> theta_s_rad;        ///< [0, pi/2)
+  Grid<double> phi_s_rad;          ///< from −x, [0, 2 pi): specular is pi
+  Grid<double> solid_angle_sr;     ///< of one pixel seen from the spot
+  Grid<Mask> mask;                 ///< kBelowHorizon, kBehindDetector; the pixel's numbers are then NaN
+};
+
+struct PixelAngles {
+  double theta_s_rad;
+  double phi_s_rad;
+  double solid_angle_sr;  ///< pixel area × cos(incidence on the detector) / distance²
+  Mask mask;              ///< not 0: the numbers are NaN
+};
+
+/// Angles of one pixel position, which may be fractional or off the array.
+PixelAngles pixel_angles(const SampleView& view, double column, double row);
+
+/// The `exact` method: double throughout.
+/// Error against long double: kAngleMaxError_rad in theta and sin(theta)·phi, kSolidAngleMaxError relative.
+AngleMap angle_map(const Instrument& instrument, const Pose& pose);
+AngleMap angle_map(const SampleView& view, int rows, int columns);
+
+inline constexpr double kAngleMaxError_rad = 1e-13;
+inline constexpr double kSolidAngleMaxError = 1e-12;
+
+}  // namespace scatmap
