@@ -1,0 +1,116 @@
+#include "scatmap/brdf/frame_source.h"
+
+#include <cmath>
+
+#include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
+#include "scatmap/base/units.h"
+
+namespace scatmap {
+namespace {
+
+double required(const std::optional<double>& value, const std::filesystem::path& file, const char* key) {
+  if (!value) throw Error({file.string() + ": sensor." + key, "is missing", {}, "a number > 0: counts need it"});
+  return *value;
+}
+
+SensorModel sensor_model(const Measurement& m) {
+  const Sensor& s = m.instrument.sensor;
+  return {required(s.gain_e_per_dn, m.instrument_file, "gain_e_per_dn"), required(s.read_noise_e, m.instrument_file, "read_noise_e"),
+          required(s.saturation_dn, m.instrument_file, "saturation_dn"), s.bias_dn, s.linearity};
+}
+
+void require_detector_size(int rows, int columns, const std::string& file, const Instrument& instrument) {
+  if (rows == instrument.rows && columns == instrument.columns) return;
+  throw Error({file, "has the wrong size", std::to_string(columns) + " x " + std::to_string(rows),
+               std::to_string(instrument.columns) + " x " + std::to_string(instrument.rows) + " as detector.columns and rows say"});
+}
+
+// A file's own word against the measurement's: neither is preferred, the user must decide.
+void require_agreement(const std::optional<double>& in_file, double stated, double tolerance, const std::string& where, const char* what) {
+  if (in_file && !(std::abs(*in_file - stated) <= tolerance)) {
+    throw Error({where, std::string("contradicts ") + what, number_text(*in_file), number_text(stated)});
+  }
+}
+
+}  // namespace
+
+FrameSource::FrameSource(const Measurement& measurement) : measurement_(measurement), sensor_(sensor_model(measurement)) {
+  const Instrument& in = measurement.instrument;
+  if (measurement.flat) {
+    const Frame flat = read_frame(*measurement.flat);
+    require_detector_size(flat.dn.rows(), flat.dn.columns(), flat.file.string(), in);
+    response_.flat = normalised_flat(flat);
+  }
+  if (!measurement.bad_pixels) return;
+  if (measurement.bad_pixels->extension() == ".csv") {
+    response_.bad = read_bad_pixel_list(*measurement.bad_pixels, in.rows, in.columns);
+    return;
+  }
+  const Frame bad = read_frame(*measurement.bad_pixels);
+  require_detector_size(bad.dn.rows(), bad.dn.columns(), bad.file.string(), in);
+  response_.bad = bad_pixels_from_frame(bad);
+}
+
+Frame FrameSource::read_checked(const std::filesystem::path& path, bool is_dark, double exposure_s) {
+  Frame f = read_frame(path);
+  const std::string name = path.string();
+  require_detector_size(f.dn.rows(), f.dn.columns(), name, measurement_.instrument);
+  require_agreement(f.header.exposure_s, exposure_s, 1e-3 * exposure_s, name + ": EXPTIME",
+                    is_dark ? "exposure_s of the frames it is the dark of" : "exposure_s");
+  require_agreement(f.header.gain_e_per_dn, sensor_.gain_e_per_dn, 0.01 * sensor_.gain_e_per_dn, name + ": EGAIN", "sensor.gain_e_per_dn");
+  if (f.header.row_order) {
+    if (row_order_.empty()) {
+      row_order_ = *f.header.row_order;
+      row_order_file_ = name;
+    }
+    // Rows the other way round would change the sign of phi.
+    if (row_order_ != *f.header.row_order) {
+      throw Error({name + ": ROWORDER", "differs from that of " + row_order_file_, *f.header.row_order, row_order_});
+    }
+  }
+  return f;
+}
+
+std::vector<Frame> FrameSource::read_all(const std::vector<std::filesystem::path>& paths, bool are_darks, double exposure_s,
+                                         std::vector<InputRecord>& records) {
+  std::vector<Frame> frames;
+  for (const auto& path : paths) {
+    frames.push_back(read_checked(path, are_darks, exposure_s));
+    records.push_back(record_input(path));
+  }
+  return frames;
+}
+
+std::shared_ptr<const FrameSource::Dark> FrameSource::dark_of(const Exposure& e, double quantum_dn) {
+  if (e.stated_dark) {
+    const Instrument& in = measurement_.instrument;
+    return std::make_shared<Dark>(
+        Dark{stated_dark(e.stated_dark->level_dn, e.stated_dark->u_level_dn, in.rows, in.columns, quantum_dn, sensor_), {}, groups_++});
+  }
+  auto& slot = darks_[e.darks];
+  if (!slot) {
+    std::vector<InputRecord> records;
+    const std::vector<Frame> frames = read_all(e.darks, true, e.exposure_s, records);
+    slot = std::make_shared<Dark>(Dark{combine_darks(frames, sensor_), std::move(records), groups_++});
+  }
+  return slot;
+}
+
+FrameSource::Reduced FrameSource::reduce_exposure(const Exposure& e, const std::string& role) {
+  ExposureRecord record{role, e.exposure_s, e.filters, {}, {}};
+  const std::vector<Frame> frames = read_all(e.frames, false, e.exposure_s, record.frames);
+  if (role != "signature") {
+    for (const Frame& f : frames) {
+      constexpr double kSameAngle_deg = 1e-3;
+      require_agreement(f.header.stage_deg, measurement_.pose.stage_rad * kDegPerRad, kSameAngle_deg, f.file.string() + ": STAGEDEG", "stage_deg");
+      require_agreement(f.header.arm_deg, measurement_.pose.arm_rad * kDegPerRad, kSameAngle_deg, f.file.string() + ": ARMDEG", "arm_deg");
+    }
+  }
+  const auto dark = dark_of(e, frames.front().quantum_dn);
+  record.darks = dark->records;
+  const double pooled = dark->master.pooled_from_frames ? std::sqrt(dark->master.pooled_variance_dn2) : 0;
+  return {reduce(frames, dark->master, sensor_, response_, e.exposure_s), dark->group, pooled, std::move(record)};
+}
+
+}  // namespace scatmap

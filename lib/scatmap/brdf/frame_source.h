@@ -1,0 +1,46 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "scatmap/brdf/brdf_map.h"
+#include "scatmap/brdf/measurement.h"
+#include "scatmap/counts/reduce.h"
+
+namespace scatmap {
+
+/// Reads and reduces the exposures of a measurement; each list of darks is read and combined once.
+class FrameSource {
+ public:
+  /// Reads flat and bad pixels. @throws Error, also when the instrument lacks sensor.gain_e_per_dn, read_noise_e or saturation_dn
+  explicit FrameSource(const Measurement& measurement);
+
+  struct Reduced {
+    Counts counts;
+    int dark_group;
+    double pooled_dark_noise_dn;   ///< of a single frame; 0 when not measured from darks
+    ExposureRecord record;
+  };
+  Reduced reduce_exposure(const Exposure& exposure, const std::string& role);
+  const SensorModel& sensor() const { return sensor_; }
+
+ private:
+  struct Dark {
+    MasterDark master;
+    std::vector<InputRecord> records;
+    int group;
+  };
+  Frame read_checked(const std::filesystem::path& path, bool is_dark, double exposure_s);
+  std::vector<Frame> read_all(const std::vector<std::filesystem::path>& paths, bool are_darks, double exposure_s,
+                              std::vector<InputRecord>& records);
+  std::shared_ptr<const Dark> dark_of(const Exposure& exposure, double quantum_dn);
+
+  const Measurement& measurement_;
+  SensorModel sensor_;
+  PixelResponse response_;
+  std::map<std::vector<std::filesystem::path>, std::shared_ptr<const Dark>> darks_;
+  std::string row_order_, row_order_file_;
+  int groups_ = 0;
+};
+
+}  // namespace scatmap

@@ -1,0 +1,23 @@
+#pragma once
+#include "scatmap/base/progress.h"
+#include "scatmap/brdf/brdf_map.h"
+#include "scatmap/brdf/measurement.h"
+#include "scatmap/brdf/signature.h"
+
+namespace scatmap {
+
+/// A finished map and what was found on the way.
+struct BrdfResult {
+  BrdfMap map;
+  Signature signature;
+  std::vector<ScaleBudget> exposure_scale;  ///< one per exposure: its ND stack against the signature's
+};
+
+/// Reads the frames of a measurement and turns raw counts into BRDF (docs/conventions.md, measurement equation):
+///   f = [(S − D)/(t T)] / [Σ (S0 − D0)/(t0 T0)] / (Ω cos theta_s).
+/// Several exposures are merged. A cause that acts alike on all exposures goes to the scale; one that does not moves pixels
+/// by their share of the exposure and becomes a structured cause.
+/// @throws Error for anything wrong with a file, naming it
+BrdfResult brdf_from_frames(const Measurement& measurement, const Progress& progress = {});
+
+}  // namespace scatmap

@@ -1,0 +1,63 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scatmap/angles/instrument.h"
+#include "scatmap/base/provenance.h"
+#include "scatmap/brdf/scale.h"
+
+namespace scatmap {
+
+/// A dark level stated instead of measured.
+struct StatedDark {
+  double level_dn = 0;
+  double u_level_dn = 0;
+};
+
+/// Frames taken one after the other with one exposure time and one stack of filters.
+struct Exposure {
+  std::string where;                           ///< "measurement.toml:12: exposure.0", for messages
+  std::vector<std::filesystem::path> frames;
+  std::vector<std::filesystem::path> darks;    ///< empty when stated_dark is given
+  std::optional<StatedDark> stated_dark;
+  double exposure_s = 0;
+  double u_exposure = 0;                       ///< relative standard uncertainty of the exposure time
+  std::vector<std::string> filters;            ///< names, none twice
+};
+
+/// Where to sum the beam in the signature frames; found from the frames when absent.
+struct SignatureAperture {
+  std::optional<double> radius_px;
+};
+
+/// A measurement file (measurement.toml): one pose, its exposures, the beam signature, the filters.
+struct Measurement {
+  std::filesystem::path file;
+  std::filesystem::path instrument_file;
+  Instrument instrument;
+  double wavelength_m = 0;
+  Pose pose;
+  std::map<std::string, Filter> filters;
+  Exposure signature;
+  SignatureAperture aperture;
+  std::vector<Exposure> exposures;             ///< one or more
+  double laser_drift = 0;                      ///< relative half width between signature and sample frames
+  std::optional<std::filesystem::path> flat;
+  std::optional<std::filesystem::path> bad_pixels;
+};
+
+/// Reads and checks a measurement file and its instrument file; frames are not read yet. Paths in it are relative to it.
+/// @throws Error naming file, line and key
+Measurement read_measurement(const std::filesystem::path& path);
+
+/// log10 of 1/transmittance of a stack: the sum of its filters' OD.
+double stack_od(const Measurement& m, const Exposure& e);
+
+/// Causes of the scale of one exposure's map by identity: a filter in both stacks cancels exactly. The signature's own
+/// noise (relative standard uncertainty) is the caller's.
+ScaleBudget exposure_scale(const Measurement& m, const Exposure& e, double u_signature);
+
+}  // namespace scatmap

@@ -1,0 +1,179 @@
+#include "scatmap/brdf/signature.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
+
+namespace scatmap {
+namespace {
+
+struct Circle {
+  double column, row, radius;
+};
+
+bool good(const Counts& c, int row, int column) { return c.mask(row, column) == 0; }
+
+template <class Visit>
+void for_each_inside(const Counts& c, const Circle& circle, Visit&& visit) {
+  const int r0 = std::max(0, static_cast<int>(std::floor(circle.row - circle.radius)));
+  const int r1 = std::min(c.mask.rows() - 1, static_cast<int>(std::ceil(circle.row + circle.radius)));
+  const int c0 = std::max(0, static_cast<int>(std::floor(circle.column - circle.radius)));
+  const int c1 = std::min(c.mask.columns() - 1, static_cast<int>(std::ceil(circle.column + circle.radius)));
+  for (int r = r0; r <= r1; ++r) {
+    for (int k = c0; k <= c1; ++k) {
+      if (std::hypot(r - circle.row, k - circle.column) <= circle.radius) visit(r, k);
+    }
+  }
+}
+
+// Mean of the good pixels among a pixel and its eight neighbours.
+std::optional<double> local_mean(const Counts& c, int row, int column, bool with_centre) {
+  double sum = 0;
+  int n = 0;
+  for (int r = std::max(0, row - 1); r <= std::min(c.mask.rows() - 1, row + 1); ++r) {
+    for (int k = std::max(0, column - 1); k <= std::min(c.mask.columns() - 1, column + 1); ++k) {
+      if (!good(c, r, k) || (!with_centre && r == row && k == column)) continue;
+      sum += c.rate_dn_per_s(r, k);
+      ++n;
+    }
+  }
+  if (n == 0) return std::nullopt;
+  return sum / n;
+}
+
+double noise_at(const Counts& c, int row, int column, double rate) {
+  return c.frame_floor(row, column) + c.dark_floor(row, column) + std::max(0.0, rate) * c.shot(row, column);
+}
+
+// A hot pixel may saturate in any frame; anything else that saturates is light.
+void refuse_saturation(const Counts& c) {
+  for (int r = 0; r < c.mask.rows(); ++r) {
+    for (int k = 0; k < c.mask.columns(); ++k) {
+      const Mask m = c.mask(r, k);
+      if ((m & kSaturated) == 0 || (m & (kHot | kBad)) != 0) continue;
+      throw Error({"signature", "is saturated at column " + std::to_string(k) + ", row " + std::to_string(r), {},
+                   "a shorter exposure or more filters"});
+    }
+  }
+}
+
+// Brightest 3 × 3 mean.
+Circle brightest(const Counts& c) {
+  Circle best{0, 0, 0};
+  double highest = -HUGE_VAL, noise = 0;
+  for (int r = 0; r < c.mask.rows(); ++r) {
+    for (int k = 0; k < c.mask.columns(); ++k) {
+      const auto mean = local_mean(c, r, k, true);
+      if (!mean || !(*mean > highest)) continue;
+      highest = *mean;
+      noise = std::sqrt(noise_at(c, r, k, 0) / 9);
+      best = {static_cast<double>(k), static_cast<double>(r), 3};
+    }
+  }
+  constexpr double kStandsOut = 20;
+  if (!(highest > kStandsOut * noise)) throw Error({"signature", "shows no beam: its brightest spot does not stand out of the noise", {}, {}});
+  return best;
+}
+
+struct Ring {
+  double level = 0;
+  double u_level = 0;
+};
+
+// Clipped mean in the ring around the aperture; what else is in the frame (another spot) is clipped away.
+Ring background(const Counts& c, const Circle& circle) {
+  std::vector<double> values;
+  const Circle outer{circle.column, circle.row, 1.5 * circle.radius + 5};
+  double noise = 0;
+  for_each_inside(c, outer, [&](int r, int k) {
+    if (!good(c, r, k) || std::hypot(r - circle.row, k - circle.column) <= circle.radius) return;
+    values.push_back(c.rate_dn_per_s(r, k));
+    noise += noise_at(c, r, k, 0);
+  });
+  if (values.size() < 20) throw Error({"signature", "leaves no room for a background ring around the beam", {}, {}});
+  noise = std::sqrt(noise / static_cast<double>(values.size()));
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  const double median = values[values.size() / 2];
+  double sum = 0, square = 0, n = 0;
+  for (const double v : values) {
+    if (!(std::abs(v - median) <= 6 * noise + 0.5 * std::abs(median))) continue;
+    sum += v - median;
+    square += (v - median) * (v - median);
+    n += 1;
+  }
+  const double mean = sum / n;
+  return {median + mean, std::sqrt(std::max(0.0, square / n - mean * mean) / n)};
+}
+
+// Centroid and aperture from first and second moments inside the present aperture, background removed.
+Circle moments(const Counts& c, const Circle& circle, double level) {
+  double sum = 0, x = 0, y = 0, xx = 0, yy = 0;
+  for_each_inside(c, circle, [&](int r, int k) {
+    if (!good(c, r, k)) return;
+    const double v = c.rate_dn_per_s(r, k) - level, dx = k - circle.column, dy = r - circle.row;
+    sum += v;
+    x += v * dx;
+    y += v * dy;
+    xx += v * dx * dx;
+    yy += v * dy * dy;
+  });
+  if (!(sum > 0)) throw Error({"signature", "shows no beam above its background", {}, {}});
+  x /= sum;
+  y /= sum;
+  const double variance = std::max({0.25, xx / sum - x * x, yy / sum - y * y});
+  return {circle.column + x, circle.row + y, kApertureBeamRadii * 2 * std::sqrt(variance)};
+}
+
+Circle find_aperture(const Counts& c, std::optional<double> radius_px) {
+  Circle circle = brightest(c);
+  if (radius_px) circle.radius = *radius_px;
+  for (int i = 0; i < 60; ++i) {
+    const Circle next = moments(c, circle, background(c, circle).level);
+    const double change = std::abs(next.radius - circle.radius) + std::hypot(next.column - circle.column, next.row - circle.row);
+    // Grown by at most a half at a time, so that a neighbour spot is not swallowed before the beam has been measured.
+    circle = {next.column, next.row, radius_px ? *radius_px : std::min(next.radius, 1.5 * circle.radius)};
+    if (change < 0.01) break;
+  }
+  return circle;
+}
+
+}  // namespace
+
+Signature measure_signature(const Counts& c, std::optional<double> radius_px) {
+  refuse_saturation(c);
+  const Circle circle = find_aperture(c, radius_px);
+  if (!(circle.column - circle.radius >= 0 && circle.column + circle.radius <= c.mask.columns() - 1 &&
+        circle.row - circle.radius >= 0 && circle.row + circle.radius <= c.mask.rows() - 1)) {
+    throw Error({"signature", "its beam is cut off by the frame's edge", "an aperture of radius " + number_text(std::round(circle.radius)) + " px",
+                 "the whole beam on the detector"});
+  }
+  const Ring ring = background(c, circle);
+  Signature out{0, 0, circle.column, circle.row, circle.radius, ring.level, 0, 0};
+  double variance = 0, square = 0, pixels = 0;
+  for_each_inside(c, circle, [&](int r, int k) {
+    double rate = c.rate_dn_per_s(r, k);
+    if (!good(c, r, k)) {
+      const auto mean = local_mean(c, r, k, false);
+      if (!mean) throw Error({"signature", "has a cluster of bad pixels inside the beam", {}, {}});
+      variance += (*mean - ring.level) * (*mean - ring.level) / 16;  // a neighbour mean is good to a quarter of the value
+      rate = *mean;
+      ++out.replaced_pixels;
+    }
+    const double net = rate - ring.level;
+    out.rate_dn_per_s += net;
+    square += net * net;
+    variance += noise_at(c, r, k, rate);
+    pixels += 1;
+  });
+  variance += pixels * pixels * ring.u_level * ring.u_level;
+  out.u_rate_dn_per_s = std::sqrt(variance);
+  out.effective_rate = square / out.rate_dn_per_s;
+  if (!(out.rate_dn_per_s > 0)) throw Error({"signature", "sums to nothing", number_text(out.rate_dn_per_s) + " DN/s", "more than 0"});
+  return out;
+}
+
+}  // namespace scatmap

@@ -1,0 +1,82 @@
+// The paper's two ND cases, the interval's asymmetry, and filters as physical objects that cancel.
+#include "scatmap/brdf/scale.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "scatmap/base/units.h"
+#include "scatmap/brdf/measurement.h"
+
+namespace scatmap {
+namespace {
+
+Filter five_percent(const std::string& name, double od) { return {name, od, Distribution::kRectangular, 0.05 * od}; }
+
+// Signature {4.0 + x}, x with ΣOD² = 1.4787 (design, section 2).
+Measurement paper_case() {
+  Measurement m;
+  for (const auto& [name, od] : {std::pair{"nd40", 4.0}, {"nd30", 3.0}, {"nd03", 0.3}, {"x1", 1.0}, {"x2", 0.6}, {"x3", 0.3}}) {
+    m.filters[name] = five_percent(name, od);
+  }
+  m.filters["x4"] = five_percent("x4", std::sqrt(1.4787 - 1.0 - 0.36 - 0.09));
+  m.signature.filters = {"nd40", "x1", "x2", "x3", "x4"};
+  return m;
+}
+
+TEST(Scale, ThePapersTwoCases) {
+  Measurement m = paper_case();
+  Exposure sample;
+  sample.filters = {"nd30", "nd03"};
+  const ScaleBudget none_shared = exposure_scale(m, sample, 0);
+  EXPECT_NEAR(100 * none_shared.filters_worst_case(), 59.3, 0.05);
+  EXPECT_NEAR(100 * none_shared.filters_standard(), 59.34 / std::sqrt(3.0), 0.05);
+  EXPECT_NEAR(100 * none_shared.filters_interval().high, 80.9, 0.15);
+  EXPECT_NEAR(100 * none_shared.filters_interval().low, -44.7, 0.1);
+  sample.filters = {"nd40"};
+  const ScaleBudget shared = exposure_scale(m, sample, 0);
+  EXPECT_NEAR(100 * shared.filters_worst_case(), 14.0, 0.05);
+}
+
+TEST(Scale, EqualStacksCancelExactly) {
+  Measurement m = paper_case();
+  Exposure sample;
+  sample.filters = m.signature.filters;
+  EXPECT_EQ(exposure_scale(m, sample, 0).causes.size(), 0u);
+  EXPECT_EQ(exposure_scale(m, sample, 0).standard(), 0);
+}
+
+TEST(Scale, TwoFiltersOfOneDensityAreTwoFilters) {
+  Measurement m = paper_case();
+  m.filters["other40"] = five_percent("other40", 4.0);
+  Exposure sample;
+  sample.filters = {"other40", "x1", "x2", "x3", "x4"};
+  EXPECT_NEAR(exposure_scale(m, sample, 0).filters_worst_case(), kLn10 * 0.05 * std::sqrt(32.0), 1e-12);
+}
+
+TEST(Scale, StandardUncertaintiesAddToTheWorstCaseAsRectangularsOfTheSameSigma) {
+  ScaleBudget b;
+  b.causes = {{"filter a", Distribution::kNormal, 0.01, kLn10, true}, {"filter b", Distribution::kRectangular, 0.01, -kLn10, true}};
+  EXPECT_NEAR(b.filters_standard(), kLn10 * 0.01 * std::sqrt(1 + 1.0 / 3), 1e-15);
+  EXPECT_NEAR(b.filters_worst_case() / b.filters_standard(), std::sqrt(3.0), 1e-14);
+}
+
+TEST(Scale, IntervalIsTenToPlusMinusDelta) {
+  ScaleBudget b;
+  b.causes = {{"filter a", Distribution::kRectangular, 0.2575, kLn10, true}};
+  EXPECT_NEAR(b.filters_interval().high, std::pow(10, 0.2575) - 1, 1e-14);
+  EXPECT_NEAR(b.filters_interval().low, std::pow(10, -0.2575) - 1, 1e-14);
+}
+
+TEST(Scale, LaserTimesAndSignatureCountBesideTheFilters) {
+  Measurement m;
+  m.laser_drift = 0.03;
+  m.signature.u_exposure = 0.01;
+  Exposure sample;
+  sample.u_exposure = 0.02;
+  EXPECT_NEAR(exposure_scale(m, sample, 0.005).standard(), std::sqrt(0.03 * 0.03 / 3 + 1e-4 + 4e-4 + 2.5e-5), 1e-15);
+  EXPECT_EQ(exposure_scale(m, sample, 0.005).filters_worst_case(), 0);
+}
+
+}  // namespace
+}  // namespace scatmap
