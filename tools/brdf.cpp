@@ -1,0 +1,112 @@
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include <nlohmann/json.hpp>
+
+#include "scatmap/base/units.h"
+#include "scatmap/brdf/from_frames.h"
+#include "scatmap/report/map_exr.h"
+#include "scatmap/report/map_fits.h"
+#include "tools/output_options.h"
+#include "tools/progress_bar.h"
+#include "tools/verbs.h"
+
+namespace scatmap::tools {
+namespace {
+
+struct Options {
+  std::string measurement;
+  std::string precision = "single";
+  OutputOptions output;
+};
+
+nlohmann::json filters_json(const ScaleBudget& b) {
+  const ScaleInterval i = b.filters_interval();
+  return {{"worst_case", b.filters_worst_case()}, {"standard", b.filters_standard()}, {"interval", {i.low, i.high}}};
+}
+
+struct Summary {
+  std::size_t good = 0;
+  double largest = -HUGE_VAL;
+  double mean_relative = 0;  // of the per-pixel uncertainty, over pixels above 10 sigma
+};
+
+Summary summarise(const BrdfMap& map) {
+  Summary s;
+  const Grid<float> u = per_pixel_uncertainty(map);
+  double sum = 0, n = 0;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    if (map.mask[i] != 0) continue;
+    ++s.good;
+    s.largest = std::max(s.largest, map.brdf_per_sr[i]);
+    if (map.brdf_per_sr[i] > 10 * u[i]) {
+      sum += u[i] / map.brdf_per_sr[i];
+      n += 1;
+    }
+  }
+  s.mean_relative = n > 0 ? sum / n : std::nan("");
+  return s;
+}
+
+void print_json(const BrdfResult& r, const Summary& s) {
+  nlohmann::json out{{"theta_i_deg", r.map.angles.theta_i_rad * kDegPerRad}, {"pixels", r.map.mask.size()}, {"good_pixels", s.good}};
+  out["largest_per_sr"] = s.good > 0 ? nlohmann::json(s.largest) : nlohmann::json(nullptr);
+  out["u_scale"] = r.map.scale.standard();
+  out["filters_common"] = filters_json(r.map.scale);
+  for (const ScaleBudget& b : r.exposure_scale) out["filters_per_exposure"].push_back(filters_json(b));
+  for (const ScaleCause& c : r.map.scale.causes) {
+    out["scale_causes"].push_back({{"cause", c.name}, {"distribution", to_string(c.distribution)}, {"half_width", c.half_width},
+                                   {"sensitivity", c.sensitivity}, {"u", c.standard()}});
+  }
+  for (const StructuredCause& c : r.map.structured) out["structured_causes"].push_back({{"extension", c.name}, {"cause", c.meaning}});
+  out["signature"] = {{"rate_dn_per_s", r.signature.rate_dn_per_s}, {"u_rate_dn_per_s", r.signature.u_rate_dn_per_s},
+                      {"column", r.signature.column}, {"row", r.signature.row}, {"radius_px", r.signature.radius_px},
+                      {"replaced_pixels", r.signature.replaced_pixels}};
+  out["notes"] = r.map.notes;
+  std::printf("%s\n", out.dump(2).c_str());
+}
+
+void print_text(const BrdfResult& r, const Summary& s) {
+  std::printf("theta_i %.4f deg, %zu of %zu pixels good, largest BRDF %.4g sr^-1\n", r.map.angles.theta_i_rad * kDegPerRad, s.good,
+              r.map.mask.size(), s.largest);
+  std::printf("random and structured uncertainty: %.2f %% on average where f > 10 u\n", 100 * s.mean_relative);
+  std::printf("scale, common to all pixels: %.2f %% standard\n", 100 * r.map.scale.standard());
+  for (std::size_t e = 0; e < r.exposure_scale.size(); ++e) {
+    const ScaleBudget& b = r.exposure_scale[e];
+    const ScaleInterval i = b.filters_interval();
+    std::printf("ND filters of exposure %zu: worst case %.1f %%, standard %.1f %%, interval %+.1f %% to %+.1f %%\n", e + 1,
+                100 * b.filters_worst_case(), 100 * b.filters_standard(), 100 * i.low, 100 * i.high);
+  }
+  for (const std::string& note : r.map.notes) std::printf("note: %s\n", note.c_str());
+}
+
+void run(const Options& o, const Invocation& invocation) {
+  o.output.check();
+  const Measurement measurement = read_measurement(o.measurement);
+  BrdfResult result = brdf_from_frames(measurement, progress_bar("brdf"));
+  result.map.provenance = {invocation.command_line, "scatmap " + version(),
+                           {record_input(o.measurement), record_input(measurement.instrument_file)}};
+  for (const std::string& target : o.output.targets) {
+    if (extension_of(target) == ".exr") {
+      write_map_exr(result.map, target, o.output.overwrite());
+    } else {
+      write_map_fits(result.map, target, o.precision == "double" ? Precision::kDouble : Precision::kSingle, o.output.overwrite());
+    }
+  }
+  const Summary s = summarise(result.map);
+  o.output.json ? print_json(result, s) : print_text(result, s);
+}
+
+}  // namespace
+
+void setup_brdf(CLI::App& app, const Invocation& invocation) {
+  auto o = std::make_shared<Options>();
+  CLI::App* verb = app.add_subcommand("brdf", "raw frames to a BRDF map with uncertainty");
+  verb->add_option("measurement", o->measurement, "measurement.toml")->required();
+  verb->add_option("--precision", o->precision, "of the BRDF in FITS; uncertainties are single, angles double")->check(CLI::IsMember({"single", "double"}))->capture_default_str();
+  o->output.add_to(*verb, "OUT.fits or OUT.exr, or both", {".fits", ".fit", ".exr"});
+  verb->callback([o, invocation] { run(*o, invocation); });
+}
+
+}  // namespace scatmap::tools

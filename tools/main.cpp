@@ -1,0 +1,51 @@
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include "scatmap/base/error.h"
+#include "scatmap/base/provenance.h"
+#include "tools/verbs.h"
+
+namespace {
+
+std::string command_line(int argc, char** argv) {
+  std::string text = "scatmap";
+  for (int i = 1; i < argc; ++i) text += std::string(" ") + argv[i];
+  return text;
+}
+
+constexpr int kDone = 0, kBadData = 1, kBadUsage = 2;
+
+int run(int argc, char** argv) {
+  CLI::App app{"scatmap: BRDF maps from a bare CCD on a scatterometer's detector arm", "scatmap"};
+  app.require_subcommand(1);
+  app.set_version_flag("--version", "scatmap " + scatmap::version());
+  app.footer("Exit status: 0 done, 1 bad data, 2 bad usage. Files: docs/files.md; angles and signs: docs/conventions.md.");
+  const scatmap::tools::Invocation invocation{command_line(argc, argv)};
+  scatmap::tools::setup_simulate(app, invocation);
+  scatmap::tools::setup_angles(app, invocation);
+  scatmap::tools::setup_brdf(app, invocation);
+  scatmap::tools::setup_model(app, invocation);
+  scatmap::tools::setup_compare(app, invocation);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kDone : kBadUsage;
+  }
+  return kDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const scatmap::Error& e) {
+    std::fprintf(stderr, "scatmap: %s\n", e.what());
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "scatmap: not enough memory\n");
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "scatmap: %s\n", e.what());
+  }
+  return kBadData;
+}

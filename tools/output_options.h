@@ -1,0 +1,30 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "scatmap/base/output_file.h"
+
+namespace scatmap::tools {
+
+/// -o, --force and --json, alike in every verb that writes.
+struct OutputOptions {
+  std::vector<std::string> targets;
+  bool force = false;
+  bool json = false;
+
+  /// @param kinds the allowed extensions, first the usual one; empty: a folder
+  void add_to(CLI::App& verb, const std::string& what, const std::vector<std::string>& kinds);
+  /// Refuses, before any work, targets that could not be written in the end or whose extension is not known.
+  void check() const;
+  Overwrite overwrite() const { return force ? Overwrite::kForce : Overwrite::kKeep; }
+
+ private:
+  std::vector<std::string> kinds_;
+};
+
+/// Lower-case extension with its dot.
+std::string extension_of(const std::filesystem::path& path);
+
+}  // namespace scatmap::tools
