@@ -27,8 +27,10 @@ std::vector<Bin> empty_bins() {
 Measurement with_true_instrument(const fs::path& folder, const synth::Scene& scene) {
   Measurement m = read_measurement(folder / "measurement.toml");
   m.instrument.geometry = read_instrument(folder / "truth" / "instrument.toml").geometry;
+  // The encoders' errors go into the zeros: the commanded angles must stay those of the frames' headers.
   const TomlTable pose = TomlTable::read(folder / "truth" / "pose.toml");
-  m.pose = {pose.number("stage_deg") * kRadPerDeg, pose.number("arm_deg") * kRadPerDeg};
+  m.instrument.geometry.stage_zero += pose.number("stage_deg") * kRadPerDeg - m.pose.stage_rad;
+  m.instrument.geometry.arm_zero += pose.number("arm_deg") * kRadPerDeg - m.pose.arm_rad;
   const synth::BrdfScene& truth = *scene.brdf;
   for (const synth::NdFilter& f : truth.filters) m.filters.at(f.name).od = f.true_od;
   const double p = scene.sensor.nonlinearity_percent / 100, range = scene.sensor.saturation_dn - scene.sensor.bias_dn;
