@@ -8,6 +8,15 @@ namespace scatmap::synth {
 namespace {
 
 constexpr int kMostFrames = 10000;
+constexpr NumberRange kCommandedDeg{-360, 360};
+
+// A beam along the surface has no spot.
+void require_lit_front(const TomlTable& root, const Bench& bench, const BrdfScene& scene) {
+  constexpr long double kGrazing_deg = 89.999L;
+  const long double incidence_deg = TruthGeometry(bench, scene.stage_deg, scene.arm_deg).incidence_rad() * 180 / kPi;
+  if (incidence_deg <= kGrazing_deg) return;
+  throw Error({root.where("stage_deg"), "leaves the front of the sample out of the beam", {}, "an angle of incidence below 89.999 degrees"});
+}
 
 NdFilter read_filter(const TomlTable& t, const std::string& name) {
   NdFilter out;
@@ -125,14 +134,15 @@ void add_grid(const TomlTable& t, const std::vector<MirrorMount>& mounts, std::v
 
 BrdfScene read_brdf_scene(const TomlTable& root, const Bench& bench, double wavelength_nm) {
   BrdfScene out;
-  out.stage_deg = root.number("stage_deg");
-  out.arm_deg = root.number("arm_deg");
+  out.stage_deg = root.number("stage_deg", kCommandedDeg);
+  out.arm_deg = root.number("arm_deg", kCommandedDeg);
+  require_lit_front(root, bench, out);
   out.laser = read_laser(root.table("laser"));
   const TomlTable filters = table_or_empty(root, "filters");
   for (const std::string& name : filters.table_names()) out.filters.push_back(read_filter(filters.table(name), name));
   const TomlTable signature = root.table("signature");
   out.signature = read_stack(signature, out.filters);
-  out.signature_arm_deg = signature.number_or("arm_deg", 180);
+  out.signature_arm_deg = signature.number_or("arm_deg", 180, kCommandedDeg);
   for (const TomlTable& t : root.tables("exposure")) out.exposures.push_back(read_stack(t, out.filters));
   if (out.exposures.empty()) throw Error({root.where("exposure"), "is missing", {}, "one or more tables [[exposure]]"});
   out.model = read_model(root, wavelength_nm, bench.distance_mm);

@@ -11,7 +11,7 @@ scatmap=$PWD/.build/release/tools/scatmap
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 "$scatmap" simulate data-synthetic/scenes/every-parameter.toml -o "$folder/data" >/dev/null
-"$scatmap" brdf "$folder/data/measurement.toml" -o "$folder/map.fits" "$folder/map.exr" --precision double >/dev/null
+"$scatmap" brdf "$folder/data/measurement.toml" -o "$folder/map.fits" -o "$folder/map.exr" --precision double >/dev/null
 exrheader "$folder/map.exr" | grep -E 'theta_i_deg|Y, 32-bit' 
 if command -v fitsverify >/dev/null; then fitsverify -q "$folder/map.fits"; fi
 /usr/bin/python3 - "$folder" <<'PY'

@@ -105,7 +105,7 @@ void setup_brdf(CLI::App& app, const Invocation& invocation) {
   CLI::App* verb = app.add_subcommand("brdf", "raw frames to a BRDF map with uncertainty");
   verb->add_option("measurement", o->measurement, "measurement.toml")->required();
   verb->add_option("--precision", o->precision, "of the BRDF in FITS; uncertainties are single, angles double")->check(CLI::IsMember({"single", "double"}))->capture_default_str();
-  o->output.add_to(*verb, "OUT.fits or OUT.exr, or both", {".fits", ".fit", ".exr"});
+  o->output.add_to(*verb, "OUT.fits or OUT.exr; give -o twice for both", {".fits", ".fit", ".exr"});
   verb->callback([o, invocation] { run(*o, invocation); });
 }
 

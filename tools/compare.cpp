@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "scatmap/base/error.h"
 #include "scatmap/base/output_folder.h"
 #include "scatmap/base/units.h"
 #include "scatmap/report/comparison_text.h"
@@ -34,23 +35,36 @@ std::string peak_title(std::size_t index, const Peak& peak) {
   return text;
 }
 
-void draw(const Comparison& c, const BrdfMap& measured, const BrdfMap& modelled, const fs::path& folder, const Options& o) {
+void draw(const Comparison& c, const BrdfMap& measured, const BrdfMap& modelled, const fs::path& folder,
+          const Options& o) {
   const PictureOptions options{Overwrite::kKeep, o.keep_scripts};
   const auto name = [&](const char* stem) { return folder / (stem + ("." + o.pictures)); };
-  const std::vector<MapPanel> maps{{&measured, "measured, " + case_title(measured)}, {&modelled, "modelled, " + case_title(modelled)}};
+  const std::vector<MapPanel> maps{{&measured, "measured, " + case_title(measured)},
+                                   {&modelled, "modelled, " + case_title(modelled)}};
   draw_map(maps, name("maps"), options);
   std::vector<ProfilePanel> profiles;
-  for (std::size_t i = 0; i < c.columns.size(); ++i) profiles.push_back({&c.columns[i].measured, &c.columns[i].modelled, peak_title(i, c.measured.peaks[i])});
+  for (std::size_t i = 0; i < c.columns.size(); ++i)
+    profiles.push_back({&c.columns[i].measured, &c.columns[i].modelled, peak_title(i, c.measured.peaks[i])});
   if (!profiles.empty()) draw_overview(maps, profiles, name("overview"), options);
-  if (c.ridge) draw_profiles({{&c.ridge->measured, &c.ridge->modelled, "along the fringe band"}}, name("fringes"), options);
-  if (c.residual) draw_residual(*c.residual, measured, "(measured - modelled) / u, " + case_title(measured), name("residual"), options);
+  if (c.ridge)
+    draw_profiles({{&c.ridge->measured, &c.ridge->modelled, "along the fringe band"}}, name("fringes"), options);
+  if (c.residual)
+    draw_residual(*c.residual, measured, "(measured - modelled) / u, " + case_title(measured), name("residual"),
+                  options);
+}
+
+Comparison compared(const BrdfMap& measured, const BrdfMap& modelled, const Options& o) try {
+  return compare(measured, modelled);
+} catch (const Error& e) {
+  throw with_context(o.measured + " against " + o.modelled, e);
 }
 
 void run(const Options& o, const Invocation& invocation) {
   OutputFolder folder(o.output.targets.front(), "comparison.json", o.output.overwrite());
   const BrdfMap measured = read_map_fits(o.measured), modelled = read_map_fits(o.modelled);
-  const Comparison c = compare(measured, modelled);
-  const Provenance provenance{invocation.command_line, "scatmap " + version(), {record_input(o.measured), record_input(o.modelled)}};
+  const Comparison c = compared(measured, modelled, o);
+  const Provenance provenance{
+      invocation.command_line, "scatmap " + version(), {record_input(o.measured), record_input(o.modelled)}};
   const std::string json = comparison_json(c), text = comparison_text(c);
   write_text_file(folder.temporary() / "comparison.json", json, Overwrite::kKeep);
   write_residual_fits(c, measured, provenance, folder.temporary() / "residual.fits", Overwrite::kKeep);
@@ -63,10 +77,13 @@ void run(const Options& o, const Invocation& invocation) {
 
 void setup_compare(CLI::App& app, const Invocation& invocation) {
   auto o = std::make_shared<Options>();
-  CLI::App* verb = app.add_subcommand("compare", "a measured map against a modelled one: residuals, peaks, fringes, pictures");
+  CLI::App* verb =
+      app.add_subcommand("compare", "a measured map against a modelled one: residuals, peaks, fringes, pictures");
   verb->add_option("measured", o->measured, "measured map (FITS)")->required();
   verb->add_option("modelled", o->modelled, "modelled map (FITS)")->required();
-  verb->add_option("--pictures", o->pictures, "picture format")->check(CLI::IsMember({"png", "svg", "none"}))->capture_default_str();
+  verb->add_option("--pictures", o->pictures, "picture format")
+      ->check(CLI::IsMember({"png", "svg", "none"}))
+      ->capture_default_str();
   verb->add_flag("--keep-scripts", o->keep_scripts, "leave gnuplot script and data beside each picture");
   o->output.add_to(*verb, "folder to make: comparison.json, residual.fits, pictures", {});
   verb->callback([o, invocation] { run(*o, invocation); });

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -20,13 +21,22 @@ int run(int argc, char** argv) {
   CLI::App app{"scatmap: BRDF maps from a bare CCD on a scatterometer's detector arm", "scatmap"};
   app.require_subcommand(1);
   app.set_version_flag("--version", "scatmap " + scatmap::version());
+  app.failure_message([](const CLI::App*, const CLI::Error& e) {
+    return "scatmap: " + std::string(scatmap::Error({{}, e.what(), {}, {}}).what()) + " (see scatmap --help)\n";
+  });
   app.footer("Exit status: 0 done, 1 bad data, 2 bad usage. Files: docs/files.md; angles and signs: docs/conventions.md.");
-  const scatmap::tools::Invocation invocation{command_line(argc, argv)};
+  const scatmap::tools::Invocation invocation{scatmap::utf8_text(command_line(argc, argv))};
   scatmap::tools::setup_simulate(app, invocation);
   scatmap::tools::setup_angles(app, invocation);
   scatmap::tools::setup_brdf(app, invocation);
   scatmap::tools::setup_model(app, invocation);
   scatmap::tools::setup_compare(app, invocation);
+  const auto verbs = app.get_subcommands([](const CLI::App*) { return true; });
+  const auto named = [&](const CLI::App* verb) { return argv[1] == verb->get_name(); };
+  if (argc > 1 && argv[1][0] != '-' && std::none_of(verbs.begin(), verbs.end(), named)) {
+    std::fprintf(stderr, "scatmap: %s\n", scatmap::Error({argv[1], "is no verb (see scatmap --help)", {}, {}}).what());
+    return kBadUsage;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -31,8 +31,8 @@ void run(const Options& o, const Invocation& invocation) {
   const MapView view = read_map_view(o.like);
   constexpr double kSameWavelength = 1e-6;
   if (view.wavelength_m > 0 && !(std::abs(model.wavelength_m / view.wavelength_m - 1) <= kSameWavelength)) {
-    throw Error({o.model + ": wavelength_nm", "differs from that of " + o.like, number_text(model.wavelength_m / kMetrePerNm),
-                 number_text(view.wavelength_m / kMetrePerNm)});
+    throw Error({o.model + ": wavelength_nm", "differs from that of " + o.like,
+                 number_text(model.wavelength_m / kMetrePerNm), number_text(view.wavelength_m / kMetrePerNm)});
   }
   BrdfMap map = model_map(model, view.instrument, view.pose);
   map.provenance = {invocation.command_line, "scatmap " + version(), {record_input(o.model), record_input(o.like)}};
@@ -40,7 +40,8 @@ void run(const Options& o, const Invocation& invocation) {
     if (extension_of(target) == ".exr") {
       write_map_exr(map, target, o.output.overwrite());
     } else {
-      write_map_fits(map, target, o.precision == "double" ? Precision::kDouble : Precision::kSingle, o.output.overwrite());
+      write_map_fits(map, target, o.precision == "double" ? Precision::kDouble : Precision::kSingle,
+                     o.output.overwrite());
     }
   }
   double largest = -HUGE_VAL;
@@ -48,10 +49,14 @@ void run(const Options& o, const Invocation& invocation) {
     if (f > largest) largest = f;
   }
   if (o.output.json) {
-    const nlohmann::json out{{"theta_i_deg", map.angles.theta_i_rad * kDegPerRad}, {"largest_per_sr", largest}, {"terms", model.terms.size()}, {"method", "exact"}};
+    const nlohmann::json out{{"theta_i_deg", map.angles.theta_i_rad * kDegPerRad},
+                             {"largest_per_sr", largest},
+                             {"terms", model.terms.size()},
+                             {"method", "exact"}};
     std::printf("%s\n", out.dump(2).c_str());
   } else {
-    std::printf("%zu terms at theta_i %.4f deg, largest BRDF %.4g sr^-1\n", model.terms.size(), map.angles.theta_i_rad * kDegPerRad, largest);
+    std::printf("%zu terms at theta_i %.4f deg, largest BRDF %.4g sr^-1\n", model.terms.size(),
+                map.angles.theta_i_rad * kDegPerRad, largest);
   }
 }
 
@@ -62,8 +67,10 @@ void setup_model(CLI::App& app, const Invocation& invocation) {
   CLI::App* verb = app.add_subcommand("model", "a closed-form BRDF model on the pixel directions of a map");
   verb->add_option("model", o->model, "model.toml")->required();
   verb->add_option("--like", o->like, "map or angle file whose instrument and pose give the directions")->required();
-  verb->add_option("--precision", o->precision, "of BRDF in FITS; angles are always double")->check(CLI::IsMember({"single", "double"}))->capture_default_str();
-  o->output.add_to(*verb, "OUT.fits or OUT.exr, or both", {".fits", ".fit", ".exr"});
+  verb->add_option("--precision", o->precision, "of BRDF in FITS; angles are always double")
+      ->check(CLI::IsMember({"single", "double"}))
+      ->capture_default_str();
+  o->output.add_to(*verb, "OUT.fits or OUT.exr; give -o twice for both", {".fits", ".fit", ".exr"});
   verb->callback([o, invocation] { run(*o, invocation); });
 }
 

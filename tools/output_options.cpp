@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <set>
 
 #include "scatmap/base/error.h"
 
@@ -15,12 +16,24 @@ std::string extension_of(const std::filesystem::path& path) {
 
 void OutputOptions::add_to(CLI::App& verb, const std::string& what, const std::vector<std::string>& kinds) {
   kinds_ = kinds;
-  verb.add_option("-o,--output", targets, what)->required()->expected(1, kinds.empty() ? 1 : 8);
+  CLI::Option* output = verb.add_option("-o,--output", targets, what)->required()->allow_extra_args(false);
+  if (kinds.empty()) output->expected(1);
   verb.add_flag("--force", force, "replace existing files");
   verb.add_flag("--json", json, "print the result as JSON on standard output");
 }
 
+CLI::Validator angle_range() {
+  return CLI::Validator(
+      [](std::string& text) {
+        double value = 0;
+        const bool ok = CLI::detail::lexical_cast(text, value) && value >= -360 && value <= 360;
+        return ok ? std::string() : "'" + text + "' is not an angle from -360 to 360 degrees";
+      },
+      "DEG in [-360, 360]");
+}
+
 void OutputOptions::check() const {
+  std::set<std::filesystem::path> seen;
   for (const std::string& t : targets) {
     const std::string extension = extension_of(t);
     if (std::find(kinds_.begin(), kinds_.end(), extension) == kinds_.end()) {
@@ -29,6 +42,7 @@ void OutputOptions::check() const {
       throw Error({t, "has an extension that says no format of this output", "'" + extension + "'", wanted});
     }
     const OutputFile probe(t, overwrite());  // writes nothing
+    if (!seen.insert(std::filesystem::weakly_canonical(std::filesystem::absolute(t))).second) throw Error({t, "is named twice as output", {}, {}});
   }
 }
 

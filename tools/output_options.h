@@ -24,6 +24,9 @@ struct OutputOptions {
   std::vector<std::string> kinds_;
 };
 
+/// −360 to 360, and not NaN, which CLI::Range lets through.
+CLI::Validator angle_range();
+
 /// Lower-case extension with its dot.
 std::string extension_of(const std::filesystem::path& path);
 

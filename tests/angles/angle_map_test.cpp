@@ -49,8 +49,9 @@ TEST(AngleMap, PyfaiPoses) {
     g.rotation_yaw = -static_cast<double>(v[8]);
     g.rotation_roll = static_cast<double>(v[9]);
     const Matrix3<double> r = rotation_z(g.rotation_roll) * rotation_y(g.rotation_yaw) * rotation_x(g.rotation_pitch);
-    const Vector3<double> centre = r * Vector3<double>(0.5 * in.columns * g.pixel_column - static_cast<double>(v[5]),
-                                                       0.5 * in.rows * g.pixel_row - static_cast<double>(v[6]), static_cast<double>(v[4]));
+    const Vector3<double> centre =
+        r * Vector3<double>(0.5 * in.columns * g.pixel_column - static_cast<double>(v[5]),
+                            0.5 * in.rows * g.pixel_row - static_cast<double>(v[6]), static_cast<double>(v[4]));
     g.offset_x = centre.x();
     g.offset_y = centre.y();
     g.distance = centre.z();
@@ -83,7 +84,8 @@ TEST(AngleMap, LongDoubleDerivationOverRandomBenches) {
     const SampleView view = sample_view(bench.instrument, bench.pose());
     worst_incidence = std::max(worst_incidence, std::abs(truth.incidence_rad() - incidence_angle(view)));
     for (int k = 0; k < 50; ++k) {
-      const int column = static_cast<int>(rng() % static_cast<unsigned>(bench.truth.columns)), row = static_cast<int>(rng() % static_cast<unsigned>(bench.truth.rows));
+      const int column = static_cast<int>(rng() % static_cast<unsigned>(bench.truth.columns)),
+                row = static_cast<int>(rng() % static_cast<unsigned>(bench.truth.rows));
       const auto expected = truth.pixel(column, row);
       const PixelAngles a = pixel_angles(view, column, row);
       ASSERT_EQ(a.mask == 0, expected.has_value());

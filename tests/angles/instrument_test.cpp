@@ -30,9 +30,11 @@ TEST(Instrument, TextKeepsEveryBit) {
     // Through text once, so that every number is one that a file can hold.
     Instrument first = parse_instrument(to_toml(test::random_bench(rng, 3).instrument), "first");
     first.sensor = {1.0 / 3, 7.7, 65535.0, 0.3, 300.1, {1e-7, -2.2e-13}};
-    first.calibration = Calibration{{"detector.distance_mm", "arm.zero_deg"}, Eigen::Matrix2d{{1.0 / 7, 1e-9}, {1e-9, 3e-6}}};
+    first.calibration =
+        Calibration{{"detector.distance_mm", "arm.zero_deg"}, Eigen::Matrix2d{{1.0 / 7, 1e-9}, {1e-9, 3e-6}}};
     const Instrument second = parse_instrument(to_toml(first), "second");
-    for (const GeometryKey& key : geometry_keys()) EXPECT_EQ(first.geometry.*key.member, second.geometry.*key.member) << key.name;
+    for (const GeometryKey& key : geometry_keys())
+      EXPECT_EQ(first.geometry.*key.member, second.geometry.*key.member) << key.name;
     EXPECT_EQ(first.flip_columns, second.flip_columns);
     EXPECT_EQ(first.sensor.gain_e_per_dn, second.sensor.gain_e_per_dn);
     EXPECT_EQ(first.sensor.linearity, second.sensor.linearity);
@@ -42,16 +44,18 @@ TEST(Instrument, TextKeepsEveryBit) {
 }
 
 struct BadCase {
-  const char* text;      // replaces or follows the minimal file
+  const char* text;  // replaces or follows the minimal file
   bool append;
   const char* expected;  // part of the message
 };
 
 TEST(Instrument, RefusesWithFileLineAndKey) {
   const BadCase cases[] = {
-      {"[detector]\ncolumns = 0\nrows = 80\npitch_um = [5, 5]\ndistance_mm = 300\n", false, "bench.toml:2: detector.columns"},
+      {"[detector]\ncolumns = 0\nrows = 80\npitch_um = [5, 5]\ndistance_mm = 300\n", false,
+       "bench.toml:2: detector.columns"},
       {"[detector]\ncolumns = 100.5\nrows = 80\npitch_um = [5, 5]\ndistance_mm = 300\n", false, "an integer from 1"},
-      {"[detector]\ncolumns = 100\nrows = 80\npitch_um = [5, 5]\ndistance_mm = 0\n", false, "bench.toml:5: detector.distance_mm"},
+      {"[detector]\ncolumns = 100\nrows = 80\npitch_um = [5, 5]\ndistance_mm = 0\n", false,
+       "bench.toml:5: detector.distance_mm"},
       {"[detector]\ncolumns = 100\nrows = 80\npitch_um = [5, 5]\ndistance_mm = nan\n", false, "out of range"},
       {"[detector]\ncolumns = 100\nrows = 80\npitch_um = [5, -5]\ndistance_mm = 300\n", false, "detector.pitch_um"},
       {"[detector]\ncolumns = 100\nrows = 80\npitch_um = 5\ndistance_mm = 300\n", false, "an array of 2 numbers"},
@@ -70,12 +74,15 @@ TEST(Instrument, RefusesWithFileLineAndKey) {
       {"[sensor]\ngain_e_per_dn = 0\n", true, "sensor.gain_e_per_dn"},
       {"[sensor]\nread_noise_e = -1\n", true, "sensor.read_noise_e"},
       {"[calibration]\nparameters = [\"detector.size\"]\ncovariance = [[1]]\n", true, "detector.size"},
-      {"[calibration]\nparameters = [\"arm.zero_deg\", \"arm.zero_deg\"]\ncovariance = [[1, 0], [0, 1]]\n", true, "twice"},
+      {"[calibration]\nparameters = [\"arm.zero_deg\", \"arm.zero_deg\"]\ncovariance = [[1, 0], [0, 1]]\n", true,
+       "twice"},
       {"[calibration]\nparameters = [\"arm.zero_deg\"]\ncovariance = [[1, 0]]\n", true, "2 columns"},
       {"[calibration]\nparameters = [\"arm.zero_deg\"]\ncovariance = []\n", true, "0 rows"},
       {"[calibration]\nparameters = [\"arm.zero_deg\"]\ncovariance = [[-1]]\n", true, "negative variance"},
-      {"[calibration]\nparameters = [\"arm.zero_deg\", \"stage.zero_deg\"]\ncovariance = [[1, 0.5], [0.4, 1]]\n", true, "not symmetric"},
-      {"[calibration]\nparameters = [\"arm.zero_deg\", \"stage.zero_deg\"]\ncovariance = [[1, 2], [2, 1]]\n", true, "positive semi-definite"},
+      {"[calibration]\nparameters = [\"arm.zero_deg\", \"stage.zero_deg\"]\ncovariance = [[1, 0.5], [0.4, 1]]\n", true,
+       "not symmetric"},
+      {"[calibration]\nparameters = [\"arm.zero_deg\", \"stage.zero_deg\"]\ncovariance = [[1, 2], [2, 1]]\n", true,
+       "positive semi-definite"},
   };
   for (const BadCase& c : cases) {
     const std::string text = c.append ? std::string(kMinimal) + c.text : c.text;

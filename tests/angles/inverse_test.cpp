@@ -1,5 +1,5 @@
-// Direction → pixel against pixel → direction, and both against OpenCV's and mrcal's pinhole cameras: a flat detector seen
-// from the spot is one. Does not prove lens models, which the product does not have.
+// Direction → pixel against pixel → direction, and both against OpenCV's and mrcal's pinhole cameras: a flat detector
+// seen from the spot is one. Does not prove lens models, which the product does not have.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,8 @@ namespace {
 constexpr double kRoundTrip_px = 1e-9;
 constexpr double kPinhole_rad = 1e-12;
 
-// The camera at the spot whose image plane is the detector: focal lengths and centre in pixels, rotation from sample axes.
+// The camera at the spot whose image plane is the detector: focal lengths and centre in pixels, rotation from sample
+// axes.
 struct Pinhole {
   double fx, fy, cx, cy;
   Matrix3<double> camera_from_sample;
@@ -78,7 +79,8 @@ TEST(Inverse, OpencvProjectPoints) {
     std::vector<std::pair<int, int>> pixels;
     for (int k = 0; k < 50; ++k) {
       pixels.emplace_back(static_cast<int>(rng() % 2000), static_cast<int>(rng() % 2000));
-      const Vector3<double> ray = p.camera_from_sample * view.pixel(pixels.back().first, pixels.back().second).normalized();
+      const Vector3<double> ray =
+          p.camera_from_sample * view.pixel(pixels.back().first, pixels.back().second).normalized();
       rays.emplace_back(ray.x(), ray.y(), ray.z());
     }
     const cv::Mat k = (cv::Mat_<double>(3, 3) << p.fx, 0, p.cx, 0, p.fy, p.cy, 0, 0, 1);
@@ -108,7 +110,8 @@ TEST(Inverse, MrcalUnproject) {
       q.x = static_cast<double>(rng() % 3000);
       q.y = static_cast<double>(rng() % 2000);
     }
-    ASSERT_TRUE(mrcal_unproject(rays.data(), pixels.data(), static_cast<int>(pixels.size()), &pinhole_model, intrinsics));
+    ASSERT_TRUE(
+        mrcal_unproject(rays.data(), pixels.data(), static_cast<int>(pixels.size()), &pinhole_model, intrinsics));
     for (std::size_t j = 0; j < pixels.size(); ++j) {
       const Vector3<double> ours = p.camera_from_sample * view.pixel(pixels[j].x, pixels[j].y);
       const Vector3<double> theirs(rays[j].x, rays[j].y, rays[j].z);

@@ -15,7 +15,8 @@ constexpr double kPi = std::numbers::pi;
 TEST(Direction, AnglesAndBack) {
   std::mt19937_64 rng(1);
   for (int i = 0; i < 10000; ++i) {
-    const double theta = std::uniform_real_distribution<double>(0, kPi)(rng), phi = std::uniform_real_distribution<double>(0, 2 * kPi)(rng);
+    const double theta = std::uniform_real_distribution<double>(0, kPi)(rng),
+                 phi = std::uniform_real_distribution<double>(0, 2 * kPi)(rng);
     const Vector3<double> v = direction_from_angles(theta, phi) * 3.5;
     EXPECT_LE(std::abs(polar_angle(v) - theta), 1e-15 * 8);
     EXPECT_LE(std::abs(std::remainder(azimuth_from_minus_x(v) - phi, 2 * kPi)) * std::sin(theta), 2e-15);
@@ -23,8 +24,8 @@ TEST(Direction, AnglesAndBack) {
 }
 
 TEST(Direction, AzimuthIsFromMinusXAndTheSeamIsBackScatter) {
-  EXPECT_EQ(azimuth_from_minus_x(Vector3<double>(1, 0, 0.5)), kPi);     // forward: specular side
-  EXPECT_EQ(azimuth_from_minus_x(Vector3<double>(-1, 0, 0.5)), 0);      // towards the source
+  EXPECT_EQ(azimuth_from_minus_x(Vector3<double>(1, 0, 0.5)), kPi);  // forward: specular side
+  EXPECT_EQ(azimuth_from_minus_x(Vector3<double>(-1, 0, 0.5)), 0);   // towards the source
   EXPECT_EQ(azimuth_from_minus_x(Vector3<double>(-1, -0.0, 0.5)), 0);
   EXPECT_EQ(azimuth_from_minus_x(Vector3<double>(0, -1, 0)), kPi / 2);  // from −x towards −y
   for (const double y : {1e-300, -1e-300, 1e-17, -1e-17}) {
@@ -38,7 +39,8 @@ TEST(Direction, SmallAnglesKeepTheirDigits) {
   for (const double angle : {1e-12, 2e-4, 1e-3, 0.5, kPi - 1e-9}) {
     const Vector3<double> v(std::sin(angle), 0, std::cos(angle));
     EXPECT_LE(std::abs(polar_angle(v) / angle - 1), 1e-15);
-    EXPECT_LE(std::abs(angle_between<double>(v, Vector3<double>(0, 0, 2)) - angle), 2e-16 * std::max(1.0, angle) + 2e-16 * angle);
+    EXPECT_LE(std::abs(angle_between<double>(v, Vector3<double>(0, 0, 2)) - angle),
+              2e-16 * std::max(1.0, angle) + 2e-16 * angle);
   }
   EXPECT_LE(std::abs(tan2_polar(Vector3<double>(2e-4, 0, 1)) / 4e-8 - 1), 1e-15);
   const Vector3<float> f(2e-4f, 0, 1);

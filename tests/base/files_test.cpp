@@ -1,4 +1,5 @@
-// Outputs appear whole or not at all, number texts keep every bit, checksums are SHA-256. Kills and full disks are not tested here.
+// Outputs appear whole or not at all, number texts keep every bit, checksums are SHA-256. Kills and full disks are not
+// tested here.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +26,9 @@ class Files : public testing::Test {
     fs::create_directories(folder_);
   }
   void TearDown() override { fs::remove_all(folder_); }
-  std::size_t entries() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator())); }
+  std::size_t entries() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+  }
   fs::path folder_;
 };
 
@@ -82,7 +85,8 @@ TEST_F(Files, Sha256OfFips180Examples) {
   write_text_file(folder_ / "abc", "abc", Overwrite::kKeep);
   EXPECT_EQ(record_input(folder_ / "abc").sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   write_text_file(folder_ / "million", std::string(1000000, 'a'), Overwrite::kKeep);
-  EXPECT_EQ(record_input(folder_ / "million").sha256, "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+  EXPECT_EQ(record_input(folder_ / "million").sha256,
+            "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
 TEST(NumberText, ReadsBackBitForBit) {

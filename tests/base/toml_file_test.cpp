@@ -19,7 +19,8 @@ std::string message(Work&& work) {
 }
 
 TEST(TomlTable, ReadsWhatStands) {
-  const TomlTable t = TomlTable::parse("a = 1\nb = 2.5\nc = \"x\"\nd = [1, 2]\n[e]\nf = true\n[[g]]\nh = 1\n[[g]]\nh = 2\n", "f.toml");
+  const TomlTable t =
+      TomlTable::parse("a = 1\nb = 2.5\nc = \"x\"\nd = [1, 2]\n[e]\nf = true\n[[g]]\nh = 1\n[[g]]\nh = 2\n", "f.toml");
   EXPECT_EQ(t.number("a"), 1);
   EXPECT_EQ(t.number("b"), 2.5);
   EXPECT_EQ(t.string("c"), "x");
@@ -37,8 +38,10 @@ TEST(TomlTable, ReadsWhatStands) {
 
 TEST(TomlTable, NamesFileLineAndKey) {
   const TomlTable t = TomlTable::parse("a = 1\n\n[b]\nc = \"x\"\nd = -1\n[[e]]\nf = 1\n", "f.toml");
-  EXPECT_EQ(message([&] { t.table("b").number("c"); }), "f.toml:4: b.c: has the wrong type, got a string, expected a finite number");
-  EXPECT_EQ(message([&] { t.table("b").number("d", kPositive); }), "f.toml:5: b.d: is out of range, got -1, expected a number > 0");
+  EXPECT_EQ(message([&] { t.table("b").number("c"); }),
+            "f.toml:4: b.c: has the wrong type, got a string, expected a finite number");
+  EXPECT_EQ(message([&] { t.table("b").number("d", kPositive); }),
+            "f.toml:5: b.d: is out of range, got -1, expected a number > 0");
   EXPECT_NE(message([&] { t.table("b").number("z"); }).find("b.z: is missing"), std::string::npos);
   EXPECT_NE(message([&] { t.tables("e")[0].string("f"); }).find("f.toml:7: e.0.f"), std::string::npos);
   EXPECT_NE(message([&] { t.reject_unknown_keys(); }).find("is not a known key"), std::string::npos);
@@ -61,7 +64,8 @@ TEST(TomlTable, UnknownKeysInSubTablesAreFound) {
 }
 
 TEST(TomlTable, SyntaxErrorsHaveALine) {
-  EXPECT_EQ(message([] { TomlTable::parse("a = 1\nb = = 2\n", "f.toml"); }).rfind("f.toml:2: is not valid TOML", 0), 0u);
+  EXPECT_EQ(message([] { TomlTable::parse("a = 1\nb = = 2\n", "f.toml"); }).rfind("f.toml:2: is not valid TOML", 0),
+            0u);
   EXPECT_NE(message([] { TomlTable::parse("a = 1\na = 2\n", "f.toml"); }), "no error");
 }
 

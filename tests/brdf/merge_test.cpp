@@ -10,15 +10,16 @@ namespace {
 
 using test::kSensor;
 
-
 // Three exposures with 100 : 10 : 1 of the light; one dark of equal exposure time shared by all.
 Merged merged_of(double longest_e, std::uint64_t seed, int side) {
   std::mt19937_64 rng(seed);
   const auto level = [&](double e) { return Grid<double>(side, side, e); };
   const MasterDark dark = combine_darks(test::made_frames(5, level(0), 4, kSensor, rng), kSensor);
   std::vector<Counts> counts;
-  for (const double share : {1.0, 0.1, 0.01}) counts.push_back(reduce(test::made_frames(2, level(longest_e * share), 4, kSensor, rng), dark, kSensor, {}, 1.0));
-  const std::vector<ScaledCounts> scaled{{&counts[0], 1.5, 0}, {&counts[1], 15, 0}, {&counts[2], 150, 0}};  // to electrons of the longest
+  for (const double share : {1.0, 0.1, 0.01})
+    counts.push_back(reduce(test::made_frames(2, level(longest_e * share), 4, kSensor, rng), dark, kSensor, {}, 1.0));
+  const std::vector<ScaledCounts> scaled{
+      {&counts[0], 1.5, 0}, {&counts[1], 15, 0}, {&counts[2], 150, 0}};  // to electrons of the longest
   return merge(scaled);
 }
 
@@ -44,7 +45,8 @@ TEST(Merge, UnbiasedWithHonestVarianceFromFloorToSaturation) {
 TEST(Merge, BetterThanTheBestSingleExposure) {
   const Merged m = merged_of(1000, 1, 50);
   // Longest alone: (64 + 4 + 1000)/2 + dark; the others add information.
-  EXPECT_LT(test::moments(std::vector<float>(m.variance.begin(), m.variance.end())).mean, (64 + 4 + 1000) / 2.0 + 68 / 5.0);
+  EXPECT_LT(test::moments(std::vector<float>(m.variance.begin(), m.variance.end())).mean,
+            (64 + 4 + 1000) / 2.0 + 68 / 5.0);
 }
 
 TEST(Merge, ASaturatedExposureDropsOutAndAllSaturatedIsMasked) {
@@ -68,7 +70,8 @@ TEST(Merge, OneExposureIsItself) {
   const Counts c = reduce(test::made_frames(2, level, 4, kSensor, rng), dark, kSensor, {}, 1.0);
   const std::vector<ScaledCounts> scaled{{&c, 2.0, 0}};
   const Merged m = merge(scaled);
-  for (std::size_t i = 0; i < m.value.size(); ++i) EXPECT_NEAR(m.value[i], 2 * c.rate_dn_per_s[i], 1e-9 * std::abs(m.value[i]) + 1e-12);
+  for (std::size_t i = 0; i < m.value.size(); ++i)
+    EXPECT_NEAR(m.value[i], 2 * c.rate_dn_per_s[i], 1e-9 * std::abs(m.value[i]) + 1e-12);
   EXPECT_TRUE(m.share.empty());
 }
 

@@ -28,7 +28,9 @@ synth::Bench bench() {
 }
 
 Calibration calibration() {
-  Calibration c{{"detector.distance_mm", "detector.rotation_deg.1", "arm.zero_deg", "stage.zero_deg", "detector.offset_mm.1"}, {}};
+  Calibration c{
+      {"detector.distance_mm", "detector.rotation_deg.1", "arm.zero_deg", "stage.zero_deg", "detector.offset_mm.1"},
+      {}};
   Eigen::VectorXd sigma(5);
   sigma << 0.8, 0.2, 0.01, 0.008, 0.05;
   Eigen::MatrixXd correlation = Eigen::MatrixXd::Identity(5, 5);
@@ -84,7 +86,8 @@ TEST(PoseUncertainty, IsTheSpreadOfMonteCarlo) {
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const auto [c, r] = pixels[i];
       const auto p = truth.pixel(c, r);
-      const double reported = lobe(truth.to_source(), p->direction) * static_cast<double>(p->solid_angle_sr * std::cos(p->theta_s_rad)) / projected(r, c);
+      const double reported = lobe(truth.to_source(), p->direction) *
+                              static_cast<double>(p->solid_angle_sr * std::cos(p->theta_s_rad)) / projected(r, c);
       square[i] += (reported - f(r, c)) * (reported - f(r, c));
     }
   }
@@ -92,7 +95,8 @@ TEST(PoseUncertainty, IsTheSpreadOfMonteCarlo) {
     const auto [c, r] = pixels[i];
     const double observed = std::sqrt(square[i] / kTrials);
     // Four standard errors of the trials, and 3 % for the curvature of the lobe.
-    EXPECT_NEAR((*u)(r, c) / observed, 1, 4 / std::sqrt(2.0 * kTrials) + 0.03) << c << "," << r << " observed " << observed / f(r, c);
+    EXPECT_NEAR((*u)(r, c) / observed, 1, 4 / std::sqrt(2.0 * kTrials) + 0.03)
+        << c << "," << r << " observed " << observed / f(r, c);
   }
 }
 

@@ -16,7 +16,8 @@ Filter five_percent(const std::string& name, double od) { return {name, od, Dist
 // Signature {4.0 + x}, x with ΣOD² = 1.4787 (design, section 2).
 Measurement paper_case() {
   Measurement m;
-  for (const auto& [name, od] : {std::pair{"nd40", 4.0}, {"nd30", 3.0}, {"nd03", 0.3}, {"x1", 1.0}, {"x2", 0.6}, {"x3", 0.3}}) {
+  for (const auto& [name, od] :
+       {std::pair{"nd40", 4.0}, {"nd30", 3.0}, {"nd03", 0.3}, {"x1", 1.0}, {"x2", 0.6}, {"x3", 0.3}}) {
     m.filters[name] = five_percent(name, od);
   }
   m.filters["x4"] = five_percent("x4", std::sqrt(1.4787 - 1.0 - 0.36 - 0.09));
@@ -56,7 +57,8 @@ TEST(Scale, TwoFiltersOfOneDensityAreTwoFilters) {
 
 TEST(Scale, StandardUncertaintiesAddToTheWorstCaseAsRectangularsOfTheSameSigma) {
   ScaleBudget b;
-  b.causes = {{"filter a", Distribution::kNormal, 0.01, kLn10, true}, {"filter b", Distribution::kRectangular, 0.01, -kLn10, true}};
+  b.causes = {{"filter a", Distribution::kNormal, 0.01, kLn10, true},
+              {"filter b", Distribution::kRectangular, 0.01, -kLn10, true}};
   EXPECT_NEAR(b.filters_standard(), kLn10 * 0.01 * std::sqrt(1 + 1.0 / 3), 1e-15);
   EXPECT_NEAR(b.filters_worst_case() / b.filters_standard(), std::sqrt(3.0), 1e-14);
 }

@@ -13,7 +13,10 @@ using test::kSensor;
 
 Grid<double> gaussian(int side, double column, double row, double sigma, double total, double background) {
   Grid<double> out(side, side, background);
-  const auto part = [&](double x, double centre) { return 0.5 * (std::erf((x + 0.5 - centre) / sigma / std::sqrt(2)) - std::erf((x - 0.5 - centre) / sigma / std::sqrt(2))); };
+  const auto part = [&](double x, double centre) {
+    return 0.5 *
+           (std::erf((x + 0.5 - centre) / sigma / std::sqrt(2)) - std::erf((x - 0.5 - centre) / sigma / std::sqrt(2)));
+  };
   for (int r = 0; r < side; ++r) {
     for (int c = 0; c < side; ++c) out(r, c) += total * part(c, column) * part(r, row);
   }
@@ -25,7 +28,8 @@ Counts counts_of(const Grid<double>& e, std::uint64_t seed, int hot = 0) {
   auto darks = test::made_frames(5, Grid<double>(e.rows(), e.columns(), 0.0), 4, kSensor, rng);
   auto frames = test::made_frames(2, e, 4, kSensor, rng);
   for (int k = 0; k < hot; ++k) {
-    const int r = static_cast<int>(rng() % static_cast<unsigned>(e.rows())), c = static_cast<int>(rng() % static_cast<unsigned>(e.columns()));
+    const int r = static_cast<int>(rng() % static_cast<unsigned>(e.rows())),
+              c = static_cast<int>(rng() % static_cast<unsigned>(e.columns()));
     for (auto* list : {&darks, &frames}) {
       for (Frame& f : *list) f.dn(r, c) = 65535;
     }
@@ -37,7 +41,8 @@ TEST(Signature, SumAndItsSigma) {
   constexpr double kTotal = 3e6;
   std::vector<double> error, claimed;
   for (int t = 0; t < 150; ++t) {
-    const Signature s = measure_signature(counts_of(gaussian(120, 61.3, 57.8, 5, kTotal, 40), 100 + static_cast<std::uint64_t>(t)), {});
+    const Signature s =
+        measure_signature(counts_of(gaussian(120, 61.3, 57.8, 5, kTotal, 40), 100 + static_cast<std::uint64_t>(t)), {});
     error.push_back(s.rate_dn_per_s * 1.5 / kTotal - 1);
     claimed.push_back(s.u_rate_dn_per_s * 1.5 / kTotal);
     EXPECT_NEAR(s.column, 61.3, 0.05);
@@ -51,7 +56,8 @@ TEST(Signature, SumAndItsSigma) {
 TEST(Signature, HotPixelsAreReplacedNotRefused) {
   int replaced = 0;
   for (int t = 0; t < 20; ++t) {
-    const Signature s = measure_signature(counts_of(gaussian(120, 60, 60, 5, 3e6, 0), 300 + static_cast<std::uint64_t>(t), 60), {});
+    const Signature s =
+        measure_signature(counts_of(gaussian(120, 60, 60, 5, 3e6, 0), 300 + static_cast<std::uint64_t>(t), 60), {});
     EXPECT_NEAR(s.rate_dn_per_s * 1.5 / 3e6, 1, std::max(4e-3, 5 * s.u_rate_dn_per_s / s.rate_dn_per_s));
     replaced += s.replaced_pixels;
   }

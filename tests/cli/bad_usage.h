@@ -33,7 +33,7 @@ inline std::vector<BadInput> bad_usage() {
        2,
        {"--precision", "triple"}},
       {"usage: no scene", {"simulate", "-o", "out"}, nothing(), 2, {"scene"}},
-      {"usage: two folders", {"simulate", "scene.toml", "-o", "out", "out2"}, nothing(), 2, {"--output"}},
+      {"usage: two folders", {"simulate", "scene.toml", "-o", "out", "out2"}, nothing(), 2, {"out2"}},
       {"usage: no stage angle",
        {"angles", "instrument.toml", "--arm-deg", "40", "-o", "out.fits"},
        nothing(),
@@ -61,8 +61,11 @@ inline std::vector<BadInput> bad_usage() {
 /// Where the result shall go; `angles` stands for all verbs that write maps.
 inline std::vector<BadInput> bad_outputs() {
   const auto to = [](std::vector<std::string> targets) {
-    std::vector<std::string> run{"angles", "instrument.toml", "--stage-deg", "20", "--arm-deg", "40", "-o"};
-    run.insert(run.end(), targets.begin(), targets.end());
+    std::vector<std::string> run{"angles", "instrument.toml", "--stage-deg", "20", "--arm-deg", "40"};
+    for (const std::string& target : targets) {
+      if (!target.starts_with("--")) run.emplace_back("-o");
+      run.push_back(target);
+    }
     return run;
   };
   const std::vector<std::string> brdf{"brdf", "measurement.toml", "-o", "out.fits"};

@@ -101,7 +101,6 @@ TEST_F(Names, OfFolders) {
     for (const std::string& change : changes(before, lab.contents())) {
       EXPECT_TRUE(change.starts_with("wrote " + name)) << change;
     }
-    if (name == kNotUtf8) continue;  // known wrong, below
     const ToolRun again =
         run_tool({"brdf", "--output=out.fits", "--json", "--", name + "/measurement.toml"}, lab.folder());
     EXPECT_EQ(again.status, 0) << again.err;
@@ -109,18 +108,16 @@ TEST_F(Names, OfFolders) {
   }
 }
 
-// What the tool gets wrong today; each part fails when it is mended, and then belongs into the tests above.
-TEST_F(Names, KnownWrong) {
+TEST_F(Names, DashAndBytesThatAreNotUtf8) {
   const Lab lab = maker_.fresh_copy();
   fs::copy_file(lab.path("measurement.toml"), lab.path("-dash.toml"));
-  const ToolRun dash = run_tool({"brdf", "-o", "out.fits", "--", "-dash.toml"}, lab.folder());
-  EXPECT_NE(dash.status, 0);
-  std::printf("KNOWN WRONG  scatmap brdf -o out.fits -- -dash.toml: the list of -o eats the --: %s", dash.err.c_str());
-
+  EXPECT_EQ(run_tool({"brdf", "-o", "out.fits", "--", "-dash.toml"}, lab.folder()).status, 0);
+  EXPECT_TRUE(fs::is_regular_file(lab.path("out.fits")));
   EXPECT_EQ(run_tool({"simulate", "scene.toml", "-o", kNotUtf8}, lab.folder()).status, 0);
-  const ToolRun bytes = run_tool({"brdf", kNotUtf8 + "/measurement.toml", "-o", "out.fits"}, lab.folder());
-  EXPECT_NE(bytes.status, 0);
-  std::printf("KNOWN WRONG  simulate into a folder that is not UTF-8 writes no valid TOML: %s", bytes.err.c_str());
+  const ToolRun brdf = run_tool({"brdf", kNotUtf8 + "/measurement.toml", "-o", "out2.fits", "--json"}, lab.folder());
+  EXPECT_EQ(brdf.status, 0) << brdf.err;
+  const ToolRun json = run_tool({"simulate", "scene.toml", "--json", "-o", "2" + kNotUtf8}, lab.folder());
+  EXPECT_EQ(json.status, 0) << json.err;
 }
 
 TEST_F(Names, StayOneLineInMessages) {

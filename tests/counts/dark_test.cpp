@@ -22,7 +22,8 @@ std::vector<Frame> darks(int count, int side, std::uint64_t seed) {
 
 TEST(Dark, LevelAndItsVarianceAreHonest) {
   const MasterDark dark = combine_darks(darks(9, 200, 1), kSensor);
-  std::vector<double> level(dark.level_dn.begin(), dark.level_dn.end()), claimed(dark.level_variance_dn2.begin(), dark.level_variance_dn2.end());
+  std::vector<double> level(dark.level_dn.begin(), dark.level_dn.end()),
+      claimed(dark.level_variance_dn2.begin(), dark.level_variance_dn2.end());
   const test::Moments m = test::moments(level);
   EXPECT_NEAR(m.mean, kExpectedLevel, 4 * m.sd / std::sqrt(m.n));
   EXPECT_NEAR(m.sd / std::sqrt(kSingleVariance / 9), 1, 4 / std::sqrt(2 * m.n));
@@ -52,7 +53,7 @@ TEST(Dark, CosmicHitsInOneDarkDoNotMoveTheLevel) {
 TEST(Dark, HotAndUnstablePixelsAreMasked) {
   auto frames = darks(7, 100, 4);
   for (std::size_t k = 0; k < frames.size(); ++k) {
-    frames[k].dn(10, 10) += 2000;                     // hot
+    frames[k].dn(10, 10) += 2000;                      // hot
     frames[k].dn(20, 20) += k % 2 == 0 ? 100.f : 0.f;  // flickers
     frames[k].dn(30, 30) = std::nanf("");
   }

@@ -21,7 +21,8 @@ inline Frame made_frame(const Grid<double>& expected_e, double dark_e, const Sen
   return f;
 }
 
-inline std::vector<Frame> made_frames(int count, const Grid<double>& expected_e, double dark_e, const SensorModel& s, std::mt19937_64& rng) {
+inline std::vector<Frame> made_frames(int count, const Grid<double>& expected_e, double dark_e, const SensorModel& s,
+                                      std::mt19937_64& rng) {
   std::vector<Frame> out;
   for (int k = 0; k < count; ++k) out.push_back(made_frame(expected_e, dark_e, s, rng));
   return out;

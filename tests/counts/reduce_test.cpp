@@ -1,4 +1,5 @@
-// Net counts: unbiased, with a σ that does not follow the fluctuation it describes; saturation, outliers, flat, linearity.
+// Net counts: unbiased, with a σ that does not follow the fluctuation it describes; saturation, outliers, flat,
+// linearity.
 #include "scatmap/counts/reduce.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +33,8 @@ struct Pulls {
 Pulls pulls(const Counts& c, double expected_rate, bool from_own_count) {
   Grid<float> floor(c.mask.rows(), c.mask.columns());
   for (std::size_t i = 0; i < floor.size(); ++i) floor[i] = c.frame_floor[i] + c.dark_floor[i];
-  const Grid<double> expected = from_own_count ? c.rate_dn_per_s : expected_signal(c.rate_dn_per_s, floor, c.shot, c.mask);
+  const Grid<double> expected =
+      from_own_count ? c.rate_dn_per_s : expected_signal(c.rate_dn_per_s, floor, c.shot, c.mask);
   std::vector<double> z;
   double sum = 0, variance = 0, weighted = 0, weight = 0;
   for (std::size_t i = 0; i < floor.size(); ++i) {
@@ -54,7 +56,8 @@ TEST(Reduce, SigmaHoldsFromTheFloorToBrightAndAWeightedMeanIsUnbiased) {
     const Pulls p = pulls(c, e / 1.5 / 2.0, false);
     const double rms = std::sqrt(p.pull.mean * p.pull.mean + p.pull.sd * p.pull.sd);
     EXPECT_NEAR(rms, 1, 0.02) << e;
-    // The weighted mean over 48,400 pixels is unbiased within four of its own standard errors plus 1 % of one pixel's σ.
+    // The weighted mean over 48,400 pixels is unbiased within four of its own standard errors plus 1 % of one pixel's
+    // σ.
     EXPECT_LE(std::abs(p.ratio_minus_1_over_error), 4 + 0.01 * kSide) << e;
   }
 }
@@ -76,7 +79,8 @@ TEST(Reduce, AMasterDarkSharedByFramesIsOneError) {
     std::mt19937_64 rng(static_cast<std::uint64_t>(1000 + trial));
     const Grid<double> zero(8, 8, 0.0);
     const auto darks = test::made_frames(3, zero, 4, kSensor, rng);
-    const Counts c = reduce(test::made_frames(32, zero, 4, kSensor, rng), combine_darks(darks, kSensor), kSensor, {}, 1.0);
+    const Counts c =
+        reduce(test::made_frames(32, zero, 4, kSensor, rng), combine_darks(darks, kSensor), kSensor, {}, 1.0);
     for (std::size_t i = 0; i < c.rate_dn_per_s.size(); ++i) {
       means.push_back(c.rate_dn_per_s[i]);
       claimed += c.frame_floor[i] + c.dark_floor[i];
@@ -168,9 +172,11 @@ TEST(ExpectedSignal, FollowsSteepFeaturesAndSmoothsNoise) {
   std::mt19937_64 rng(12);
   std::normal_distribution<double> noise(0, 1);
   for (int r = 0; r < kSide; ++r) {
-    for (int c = 0; c < kSide; ++c) value(r, c) = (c >= 30 ? 1000.0 * std::exp(-0.5 * (c - 45) * (c - 45) / 4.0) : 0) + noise(rng);
+    for (int c = 0; c < kSide; ++c)
+      value(r, c) = (c >= 30 ? 1000.0 * std::exp(-0.5 * (c - 45) * (c - 45) / 4.0) : 0) + noise(rng);
   }
-  const Grid<double> e = expected_signal(value, Grid<float>(kSide, kSide, 1.f), Grid<float>(kSide, kSide, 0.f), Grid<Mask>(kSide, kSide, Mask{0}));
+  const Grid<double> e = expected_signal(value, Grid<float>(kSide, kSide, 1.f), Grid<float>(kSide, kSide, 0.f),
+                                         Grid<Mask>(kSide, kSide, Mask{0}));
   double flat = 0;
   for (int r = 5; r < 55; ++r) {
     for (int c = 5; c < 25; ++c) flat += e(r, c) * e(r, c) / 1000.0;

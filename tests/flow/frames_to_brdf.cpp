@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <regex>
 
 #include "data-synthetic/scene.h"
 #include "data-synthetic/simulate.h"
@@ -34,14 +33,21 @@ Measurement with_true_instrument(const fs::path& folder, const synth::Scene& sce
   const synth::BrdfScene& truth = *scene.brdf;
   for (const synth::NdFilter& f : truth.filters) m.filters.at(f.name).od = f.true_od;
   const double p = scene.sensor.nonlinearity_percent / 100, range = scene.sensor.saturation_dn - scene.sensor.bias_dn;
-  if (p != 0) m.instrument.sensor.linearity = {-p / range, 2 * p * p / (range * range), -5 * p * p * p / (range * range * range)};
+  if (p != 0)
+    m.instrument.sensor.linearity = {-p / range, 2 * p * p / (range * range), -5 * p * p * p / (range * range * range)};
   return m;
 }
 
 // What the lab cannot know and this test takes out: the laser's drift and the shutter's error, common to an exposure.
 double known_factor(const synth::BrdfScene& scene) {
   const synth::FrameStack& e = scene.exposures.front();
-  return (1 + scene.laser.drift_percent / 100) * (e.true_exposure_s / e.exposure_s) / (scene.signature.true_exposure_s / scene.signature.exposure_s);
+  return (1 + scene.laser.drift_percent / 100) * (e.true_exposure_s / e.exposure_s) /
+         (scene.signature.true_exposure_s / scene.signature.exposure_s);
+}
+
+std::string with_seed(std::string scene, unsigned seed) {
+  const auto line = scene.find("seed = ");
+  return scene.replace(line, scene.find('\n', line) - line, "seed = " + std::to_string(seed));
 }
 
 void add_run(const std::string& scene_name, unsigned seed, std::vector<Bin>& bins) {
@@ -49,8 +55,9 @@ void add_run(const std::string& scene_name, unsigned seed, std::vector<Bin>& bin
   fs::remove_all(folder);
   fs::create_directories(folder);
   const fs::path scene_file = folder / "scene.toml";
-  const std::string text = read_text_file(fs::path(SCATMAP_SOURCE_DIR) / "data-synthetic" / "scenes" / (scene_name + ".toml"));
-  write_text_file(scene_file, std::regex_replace(text, std::regex("seed = [0-9]+"), "seed = " + std::to_string(seed)), Overwrite::kForce);
+  const std::string text =
+      read_text_file(fs::path(SCATMAP_SOURCE_DIR) / "data-synthetic" / "scenes" / (scene_name + ".toml"));
+  write_text_file(scene_file, with_seed(text, seed), Overwrite::kForce);
   synth::simulate(scene_file, folder / "data", Overwrite::kKeep, {});
   const synth::Scene scene = synth::read_scene(scene_file);
   const BrdfResult result = brdf_from_frames(with_true_instrument(folder / "data", scene));
@@ -58,8 +65,10 @@ void add_run(const std::string& scene_name, unsigned seed, std::vector<Bin>& bin
   FitsReader truth(folder / "data" / "truth" / "brdf.fits");
   const Grid<double> expected_f = truth.image_double("TRUTH_BRDF");
   std::vector<Grid<double>> expected_e;
-  for (std::size_t e = 0; e < scene.brdf->exposures.size(); ++e) expected_e.push_back(truth.image_double("EXPECTED_E_" + std::to_string(e + 1)));
-  const double factor = known_factor(*scene.brdf), full = (scene.sensor.saturation_dn - scene.sensor.bias_dn) * scene.sensor.gain_e_per_dn;
+  for (std::size_t e = 0; e < scene.brdf->exposures.size(); ++e)
+    expected_e.push_back(truth.image_double("EXPECTED_E_" + std::to_string(e + 1)));
+  const double factor = known_factor(*scene.brdf),
+               full = (scene.sensor.saturation_dn - scene.sensor.bias_dn) * scene.sensor.gain_e_per_dn;
   for (std::size_t i = 0; i < expected_f.size(); ++i) {
     if (result.map.mask[i] != 0) continue;
     double electrons = 0;

@@ -1,6 +1,7 @@
 // A real camera's frame as a user's own would go through: 16-bit PGM of a TEM00 spot with a black level near 1600, as
-// sample frame and as signature. Laser spots on a camera are no BRDF; what is checked is that the chain's own number is the
-// one that follows from the pixels: both frames are equal, so Σ f Ω cosθ over the spot is the ratio of transmittances.
+// sample frame and as signature. Laser spots on a camera are no BRDF; what is checked is that the chain's own number is
+// the one that follows from the pixels: both frames are equal, so Σ f Ω cosθ over the spot is the ratio of
+// transmittances.
 #include <gtest/gtest.h>
 
 #include <unistd.h>
@@ -40,10 +41,14 @@ class RealFrames : public testing::Test {
   BrdfResult reduce(const std::string& frame, const std::string& dark, const std::string& sample_filters) const {
     const std::string sample_dark = dark.substr(0, dark.find("aperture"));
     const std::string file = std::string("\"") + SCATMAP_TEST_DATA + "/frames/" + frame + "\"";
-    const std::string text = "instrument = \"instrument.toml\"\nwavelength_nm = 632.8\nstage_deg = 20\narm_deg = 40\n"
-                             "[filters.nd20]\nod = 2.0\ntolerance_od = 0.02\n"
-                             "[signature]\nframes = [" + file + "]\n" + dark + "exposure_s = 0.01\nfilters = [\"nd20\"]\n"
-                             "[[exposure]]\nframes = [" + file + "]\n" + sample_dark + "exposure_s = 0.01\nfilters = [" + sample_filters + "]\n";
+    const std::string text =
+        "instrument = \"instrument.toml\"\nwavelength_nm = 632.8\nstage_deg = 20\narm_deg = 40\n"
+        "[filters.nd20]\nod = 2.0\ntolerance_od = 0.02\n"
+        "[signature]\nframes = [" +
+        file + "]\n" + dark +
+        "exposure_s = 0.01\nfilters = [\"nd20\"]\n"
+        "[[exposure]]\nframes = [" +
+        file + "]\n" + sample_dark + "exposure_s = 0.01\nfilters = [" + sample_filters + "]\n";
     write_text_file(folder_ / "measurement.toml", text, Overwrite::kForce);
     return brdf_from_frames(read_measurement(folder_ / "measurement.toml"));
   }
@@ -54,7 +59,8 @@ double reflected(const BrdfResult& r) {
   double sum = 0;
   for (std::size_t i = 0; i < r.map.mask.size(); ++i) {
     const int row = static_cast<int>(i) / r.map.mask.columns(), column = static_cast<int>(i) % r.map.mask.columns();
-    if (r.map.mask[i] != 0 || std::hypot(row - r.signature.row, column - r.signature.column) > r.signature.radius_px) continue;
+    if (r.map.mask[i] != 0 || std::hypot(row - r.signature.row, column - r.signature.column) > r.signature.radius_px)
+      continue;
     sum += (r.map.brdf_per_sr[i]) * r.map.angles.solid_angle_sr[i] * std::cos(r.map.angles.theta_s_rad[i]);
   }
   return sum;
@@ -66,7 +72,8 @@ TEST_F(RealFrames, SixteenBitSpotWithABlackLevel) {
   EXPECT_EQ(same.map.scale.filters_worst_case(), 0);  // the same filter in both
   EXPECT_GT(same.signature.radius_px, 10);
   // The signature subtracts the ring's residual background, the map does not: they part by background × pixels.
-  const double background = same.signature.background_dn_per_s * 3.14159265 * same.signature.radius_px * same.signature.radius_px;
+  const double background =
+      same.signature.background_dn_per_s * 3.14159265 * same.signature.radius_px * same.signature.radius_px;
   EXPECT_NEAR(reflected(same) - background / same.signature.rate_dn_per_s, 1, 2e-3);
   const BrdfResult without = reduce("TEM00_200mm.pgm", dark, "");
   EXPECT_NEAR(reflected(without) / reflected(same), 0.01, 1e-8);

@@ -22,8 +22,11 @@ namespace {
 namespace fs = std::filesystem;
 
 BrdfMap example() {
-  Instrument in = parse_instrument("[detector]\ncolumns = 31\nrows = 23\npitch_um = [50.1, 49.9]\ndistance_mm = 325.1\nrotation_deg = [0.3, -0.2, 1.1]\n"
-                                   "[sensor]\ngain_e_per_dn = 1.5\nread_noise_e = 8\nsaturation_dn = 65535\n", "example");
+  Instrument in = parse_instrument(
+      "[detector]\ncolumns = 31\nrows = 23\npitch_um = [50.1, 49.9]\ndistance_mm = 325.1\nrotation_deg = [0.3, -0.2, "
+      "1.1]\n"
+      "[sensor]\ngain_e_per_dn = 1.5\nread_noise_e = 8\nsaturation_dn = 65535\n",
+      "example");
   BrdfMap map;
   map.instrument = in;
   map.pose = {20.1 * kRadPerDeg, 40.3 * kRadPerDeg};
@@ -36,13 +39,16 @@ BrdfMap example() {
   StructuredCause nonlin{"U_NONLIN", "pixel non-linearity", Grid<float>(23, 31)};
   std::mt19937_64 rng(1);
   for (std::size_t i = 0; i < map.mask.size(); ++i) {
-    map.brdf_per_sr[i] = map.mask[i] == 0 ? std::exp(std::uniform_real_distribution<double>(-8, 13)(rng)) : std::nan("");
+    map.brdf_per_sr[i] =
+        map.mask[i] == 0 ? std::exp(std::uniform_real_distribution<double>(-8, 13)(rng)) : std::nan("");
     map.u_random_per_sr[i] = static_cast<float>(0.01 * map.brdf_per_sr[i]);
     nonlin.sensitivity_per_sr[i] = static_cast<float>(-0.02 * map.brdf_per_sr[i]);
   }
   map.structured.push_back(nonlin);
-  map.scale.causes = {{"filter nd40", Distribution::kRectangular, 0.2, -kLn10, true}, {"signature", Distribution::kNormal, 0.001, -1, false}};
-  map.exposures = {{"signature", 4.5, {"nd40"}, {{"a.fits", std::string(64, 'a')}}, {{"d.fits", std::string(64, 'd')}}}};
+  map.scale.causes = {{"filter nd40", Distribution::kRectangular, 0.2, -kLn10, true},
+                      {"signature", Distribution::kNormal, 0.001, -1, false}};
+  map.exposures = {
+      {"signature", 4.5, {"nd40"}, {{"a.fits", std::string(64, 'a')}}, {{"d.fits", std::string(64, 'd')}}}};
   map.notes = {"a note"};
   map.provenance = {"scatmap brdf m.toml -o x.fits", "scatmap test", {{"m.toml", std::string(64, 'f')}}};
   return map;
@@ -74,7 +80,8 @@ TEST_F(MapFile, DoublePrecisionReadsBackBitForBit) {
   }
   EXPECT_EQ(map.pose.stage_rad, back.pose.stage_rad);
   EXPECT_EQ(map.pose.arm_rad, back.pose.arm_rad);
-  for (const GeometryKey& key : geometry_keys()) EXPECT_EQ(map.instrument.geometry.*key.member, back.instrument.geometry.*key.member) << key.name;
+  for (const GeometryKey& key : geometry_keys())
+    EXPECT_EQ(map.instrument.geometry.*key.member, back.instrument.geometry.*key.member) << key.name;
   ASSERT_EQ(back.scale.causes.size(), 2u);
   EXPECT_EQ(back.scale.standard(), map.scale.standard());
   EXPECT_EQ(back.scale.filters_worst_case(), map.scale.filters_worst_case());
@@ -85,7 +92,8 @@ TEST_F(MapFile, SinglePrecisionRoundsTheBrdfOnly) {
   const BrdfMap map = example();
   write_map_fits(map, folder_ / "a.fits", Precision::kSingle, Overwrite::kKeep);
   const BrdfMap back = read_map_fits(folder_ / "a.fits");
-  for (std::size_t i = 0; i < map.mask.size(); ++i) EXPECT_TRUE(same(static_cast<float>(map.brdf_per_sr[i]), back.brdf_per_sr[i]));
+  for (std::size_t i = 0; i < map.mask.size(); ++i)
+    EXPECT_TRUE(same(static_cast<float>(map.brdf_per_sr[i]), back.brdf_per_sr[i]));
 }
 
 TEST_F(MapFile, LayoutIsThatOfTheDocs) {
@@ -105,8 +113,8 @@ TEST_F(MapFile, LayoutIsThatOfTheDocs) {
     EXPECT_EQ(hdu_ok, 1) << name;
     names.emplace_back(name);
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"BRDF", "UNCERT", "MASK", "U_RANDOM", "U_NONLIN", "THETA_S_DEG", "PHI_S_DEG", "SOLID_ANGLE_SR",
-                                              "COMMON", "FRAMES", "INSTRUMENT"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"BRDF", "UNCERT", "MASK", "U_RANDOM", "U_NONLIN", "THETA_S_DEG",
+                                             "PHI_S_DEG", "SOLID_ANGLE_SR", "COMMON", "FRAMES", "INSTRUMENT"}));
   char text[FLEN_VALUE] = "";
   fits_movabs_hdu(f, 1, &type, &status);
   fits_read_key(f, TSTRING, "BUNIT", text, nullptr, &status);
@@ -146,11 +154,13 @@ TEST_F(MapFile, ExrHasFloatChannelsAndHeaderValues) {
     channels.emplace_back(c.name());
     EXPECT_EQ(c.channel().type, Imf::FLOAT);
   }
-  EXPECT_EQ(channels, (std::vector<std::string>{"Y", "mask", "phi_s_deg", "solid_angle_sr", "theta_s_deg", "u_nonlin", "u_random", "uncert"}));
+  EXPECT_EQ(channels, (std::vector<std::string>{"Y", "mask", "phi_s_deg", "solid_angle_sr", "theta_s_deg", "u_nonlin",
+                                                "u_random", "uncert"}));
   Grid<float> y(23, 31), theta(23, 31);
   Imf::FrameBuffer buffer;
   buffer.insert("Y", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(y.data()), sizeof(float), 31 * sizeof(float)));
-  buffer.insert("theta_s_deg", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(theta.data()), sizeof(float), 31 * sizeof(float)));
+  buffer.insert("theta_s_deg",
+                Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(theta.data()), sizeof(float), 31 * sizeof(float)));
   file.setFrameBuffer(buffer);
   file.readPixels(0, 22);
   EXPECT_EQ(y(0, 0), 4.21e5f);
@@ -158,7 +168,8 @@ TEST_F(MapFile, ExrHasFloatChannelsAndHeaderValues) {
     EXPECT_TRUE(same(y[i], static_cast<float>(map.brdf_per_sr[i])));
     EXPECT_EQ(theta[i], static_cast<float>(map.angles.theta_s_rad[i] * kDegPerRad));
   }
-  EXPECT_EQ(file.header().typedAttribute<Imf::DoubleAttribute>("theta_i_deg").value(), map.angles.theta_i_rad * kDegPerRad);
+  EXPECT_EQ(file.header().typedAttribute<Imf::DoubleAttribute>("theta_i_deg").value(),
+            map.angles.theta_i_rad * kDegPerRad);
   EXPECT_EQ(file.header().typedAttribute<Imf::DoubleAttribute>("u_scale_relative").value(), map.scale.standard());
 }
 

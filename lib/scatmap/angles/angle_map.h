@@ -8,11 +8,11 @@ namespace scatmap {
 
 /// Per pixel: where the light that reaches it left the sample.
 struct AngleMap {
-  double theta_i_rad = 0;          ///< between sample normal and the direction to the source; phi_i = 0
-  Grid<double> theta_s_rad;        ///< [0, pi/2)
-  Grid<double> phi_s_rad;          ///< from −x, [0, 2 pi): specular is pi
-  Grid<double> solid_angle_sr;     ///< of one pixel seen from the spot
-  Grid<Mask> mask;                 ///< kBelowHorizon, kBehindDetector; the pixel's numbers are then NaN
+  double theta_i_rad = 0;       ///< between sample normal and the direction to the source; phi_i = 0
+  Grid<double> theta_s_rad;     ///< [0, pi/2)
+  Grid<double> phi_s_rad;       ///< from −x, [0, 2 pi): specular is pi
+  Grid<double> solid_angle_sr;  ///< of one pixel seen from the spot
+  Grid<Mask> mask;              ///< kBelowHorizon, kBehindDetector; the pixel's numbers are then NaN
 };
 
 struct PixelAngles {

@@ -8,25 +8,25 @@ namespace scatmap {
 /// Axes and signs: docs/conventions.md; the numbers' file keys stand in kGeometryKeys.
 template <class T>
 struct Geometry {
-  T distance{};           ///< detector plane to arm axis along the boresight
-  T offset_x{};           ///< detector centre from the boresight, arm axes
+  T distance{};  ///< detector plane to arm axis along the boresight
+  T offset_x{};  ///< detector centre from the boresight, arm axes
   T offset_y{};
-  T rotation_pitch{};     ///< about arm x
-  T rotation_yaw{};       ///< about arm y
-  T rotation_roll{};      ///< about arm z
-  T pixel_column{};       ///< pixel pitch along a row of pixels (column to column)
-  T pixel_row{};          ///< pixel pitch row to row
-  T arm_zero{};           ///< added to the commanded arm angle
-  T arm_axis_x{};         ///< arm axis from stage axis
+  T rotation_pitch{};  ///< about arm x
+  T rotation_yaw{};    ///< about arm y
+  T rotation_roll{};   ///< about arm z
+  T pixel_column{};    ///< pixel pitch along a row of pixels (column to column)
+  T pixel_row{};       ///< pixel pitch row to row
+  T arm_zero{};        ///< added to the commanded arm angle
+  T arm_axis_x{};      ///< arm axis from stage axis
   T arm_axis_z{};
   T arm_axis_tilt_x{};
   T arm_axis_tilt_z{};
-  T stage_zero{};         ///< added to the commanded stage angle
-  T beam_offset_x{};      ///< beam line passes through (x, y, 0)
+  T stage_zero{};     ///< added to the commanded stage angle
+  T beam_offset_x{};  ///< beam line passes through (x, y, 0)
   T beam_offset_y{};
   T beam_elevation{};
-  T sample_tilt{};        ///< out-of-plane wedge of the sample normal
-  T sample_height{};      ///< surface: n·X = height
+  T sample_tilt{};    ///< out-of-plane wedge of the sample normal
+  T sample_height{};  ///< surface: n·X = height
 };
 
 /// One continuous parameter: its dotted name in instrument files and covariances, the metres or radians of one file

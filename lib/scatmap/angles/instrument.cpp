@@ -73,6 +73,9 @@ Sensor read_sensor(const TomlTable& t) {
   s.saturation_dn = t.optional_number("saturation_dn", kPositive);
   s.nonlinearity_percent = t.number_or("nonlinearity_percent", 0, {0, 100, false});
   s.bias_dn = t.number_or("bias_dn", 0);
+  if (s.saturation_dn && !(*s.saturation_dn > s.bias_dn)) {
+    throw Error({t.where("saturation_dn"), "is not above bias_dn", {}, {}});
+  }
   if (t.has("linearity")) s.linearity = t.numbers("linearity", 0);
   return s;
 }
@@ -104,11 +107,15 @@ Calibration read_calibration(const TomlTable& t) {
     if (row.size() != rows.size()) throw Error({t.where("covariance"), "has the wrong size", std::to_string(row.size()) + " columns", wanted});
     for (Eigen::Index j = 0; j < n; ++j) c.covariance(i, j) = row[static_cast<std::size_t>(j)];
   }
+  for (const TomlTable& p : t.tables("left_out")) {
+    c.left_out.push_back({p.string("name"), p.string("reason"), p.optional_number("bound_px", kNotNegative)});
+  }
   return c;
 }
 
 // Scaled by the diagonal, so that units do not decide what counts as negative.
 void check_covariance(const Calibration& c, const std::string& where) {
+  if (c.parameters.empty()) return;  // every parameter left out
   const Eigen::VectorXd variance = c.covariance.diagonal();
   if (!(variance.array() >= 0).all()) throw Error({where, "has a negative variance", {}, {}});
   const Eigen::VectorXd scale = (variance.array() > 0).select(variance.array().rsqrt(), 0.0);

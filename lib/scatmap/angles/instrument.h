@@ -21,10 +21,18 @@ struct Sensor {
   std::vector<double> linearity;
 };
 
+/// A parameter that a calibration kept at its nominal value.
+struct LeftOutParameter {
+  std::string name;                ///< of a geometry parameter, or of a mirror mount's ("mount.NAME.tilt_deg")
+  std::string reason;
+  std::optional<double> bound_px;  ///< by how much that may shift a direction, if known
+};
+
 /// Standard covariance of some geometry parameters, in their file units (mm, µm, deg).
 struct Calibration {
-  std::vector<std::string> parameters;  ///< names out of geometry_keys()
-  Eigen::MatrixXd covariance;           ///< parameters × parameters, symmetric, positive semi-definite
+  std::vector<std::string> parameters;     ///< names out of geometry_keys()
+  Eigen::MatrixXd covariance;              ///< parameters × parameters, symmetric, positive semi-definite
+  std::vector<LeftOutParameter> left_out;  ///< [[calibration.left_out]]
 };
 
 /// An instrument file (instrument.toml): detector, arm, stage, beam, sample, sensor, and its calibration if it has one.

@@ -60,7 +60,12 @@ std::string calibration_text(const Calibration& c) {
     for (Eigen::Index j = 0; j < c.covariance.cols(); ++j) t += (j == 0 ? "  [" : ", ") + number_text(c.covariance(i, j));
     t += "],\n";
   }
-  return t + "]\n";
+  t += "]\n";
+  for (const LeftOutParameter& p : c.left_out) {
+    t += "\n[[calibration.left_out]]\nname = \"" + p.name + "\"\nreason = \"" + p.reason + "\"\n";
+    if (p.bound_px) t += line("bound_px", number_text(*p.bound_px));
+  }
+  return t;
 }
 
 }  // namespace

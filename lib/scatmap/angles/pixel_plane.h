@@ -66,14 +66,15 @@ LabView<T> lab_view(const Geometry<T>& g, const Instrument& array, const MotorAn
   view.column_step = lab_from_detector.col(0) * (column_sign * g.pixel_column);
   view.row_step = lab_from_detector.col(1) * (row_sign * g.pixel_row);
   view.detector_normal = lab_from_detector.col(2);
-  const Vector3<T> centre = Vector3<T>(g.arm_axis_x, T(0), g.arm_axis_z) +
-                            lab_from_arm * Vector3<T>(g.offset_x, g.offset_y, g.distance);
-  view.pixel_origin = centre - view.column_step * T(0.5 * (array.columns - 1)) - view.row_step * T(0.5 * (array.rows - 1));
+  const Vector3<T> centre =
+      Vector3<T>(g.arm_axis_x, T(0), g.arm_axis_z) + lab_from_arm * Vector3<T>(g.offset_x, g.offset_y, g.distance);
+  view.pixel_origin =
+      centre - view.column_step * T(0.5 * (array.columns - 1)) - view.row_step * T(0.5 * (array.rows - 1));
   return view;
 }
 
-/// The same in sample axes with the spot as origin: pixel (column, row) lies at origin + column·column_step + row·row_step.
-/// Everything per pixel follows from these vectors.
+/// The same in sample axes with the spot as origin: pixel (column, row) lies at origin + column·column_step +
+/// row·row_step. Everything per pixel follows from these vectors.
 struct SampleView {
   Vector3<double> origin;
   Vector3<double> column_step;

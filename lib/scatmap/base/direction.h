@@ -5,10 +5,9 @@
 #include <numbers>
 
 /// Every numerical trap of directions and angles stands here, once. Directions are vectors; (theta, phi) is only for
-/// people and files, because phi is undefined at theta = 0. Nothing here takes acos of a dot product: near the peak that
-/// loses half the digits (float32 acos(cos 2e-4) is 0).
-/// Templated on the scalar: double for the product, long double for references, automatic-differentiation types for
-/// calibration. No function throws; NaN in gives NaN out.
+/// people and files, because phi is undefined at theta = 0. Nothing here takes acos of a dot product: near the peak
+/// that loses half the digits (float32 acos(cos 2e-4) is 0). Templated on the scalar: double for the product, long
+/// double for references, automatic-differentiation types for calibration. No function throws; NaN in gives NaN out.
 namespace scatmap {
 
 template <class T>

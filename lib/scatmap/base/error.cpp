@@ -26,4 +26,10 @@ std::string message(const ErrorDetail& d) {
 
 Error::Error(ErrorDetail detail) : std::runtime_error(message(detail)), detail_(std::move(detail)) {}
 
+Error with_context(const std::string& context, const Error& error) {
+  ErrorDetail detail = error.detail();
+  detail.where = detail.where.empty() ? context : context + ": " + detail.where;
+  return Error(std::move(detail));
+}
+
 }  // namespace scatmap

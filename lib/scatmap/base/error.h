@@ -24,4 +24,7 @@ class Error : public std::runtime_error {
   ErrorDetail detail_;
 };
 
+/// The same error seen from further out: `context` stands before its place ("measurement.toml: signature: is saturated").
+Error with_context(const std::string& context, const Error& error);
+
 }  // namespace scatmap

@@ -63,7 +63,10 @@ void OutputFolder::refuse_existing() const {
     throw Error({target_.string(), "exists and is kept; use --force to replace it", {}, {}});
   }
   if (!fs::exists(target_ / marker_, ignored)) {
-    throw Error({target_.string(), "holds no " + marker_.string() + ", so it is not ours to replace, even with --force", {}, {}});
+    throw Error({target_.string(),
+                 "holds no " + marker_.string() + ", so it is not ours to replace, even with --force",
+                 {},
+                 {}});
   }
 }
 

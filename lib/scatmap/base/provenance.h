@@ -10,7 +10,7 @@ std::string version();
 
 /// An input as it was when it was read.
 struct InputRecord {
-  std::string path;    ///< as the user named it
+  std::string path;    ///< as the user named it; utf8_text
   std::string sha256;  ///< 64 lower-case hexadecimal digits
 };
 
@@ -20,6 +20,9 @@ struct Provenance {
   std::string written_by = "scatmap " + version();
   std::vector<InputRecord> inputs;
 };
+
+/// The text with every byte that is not part of well-formed UTF-8 as '?': file names may be any bytes, TOML and JSON may not.
+std::string utf8_text(const std::string& bytes);
 
 /// SHA-256 (FIPS 180-4) of a file's bytes. @throws Error if it cannot be read
 InputRecord record_input(const std::filesystem::path& path);

@@ -45,7 +45,8 @@ std::string described(const NumberRange& range) {
   if (range.minimum == -kMax && range.maximum == kMax) return "a finite number";
   std::string text = "a number";
   if (range.minimum > -kMax) text += (range.exclude_minimum ? " > " : " >= ") + shown(range.minimum);
-  if (range.maximum < kMax) text += (range.minimum > -kMax ? std::string(" and <= ") : std::string(" <= ")) + shown(range.maximum);
+  if (range.maximum < kMax)
+    text += (range.minimum > -kMax ? std::string(" and <= ") : std::string(" <= ")) + shown(range.maximum);
   return text;
 }
 
@@ -79,7 +80,10 @@ TomlTable TomlTable::parse(const std::string& text, const std::string& name) {
   try {
     document->root = toml::parse(text, name);
   } catch (const toml::parse_error& e) {
-    throw Error({name + ":" + std::to_string(e.source().begin.line), "is not valid TOML: " + std::string(e.description()), {}, {}});
+    throw Error({name + ":" + std::to_string(e.source().begin.line),
+                 "is not valid TOML: " + std::string(e.description()),
+                 {},
+                 {}});
   }
   auto node = std::make_shared<Node>();
   node->table = &document->root;
@@ -136,7 +140,8 @@ int TomlTable::integer(const std::string& key, int minimum, int maximum) const {
   if (found == nullptr) throw Error({where(key), "is missing", {}, wanted});
   const auto value = found->is_integer() ? found->value<std::int64_t>() : std::nullopt;
   if (!value) throw Error({where(key), "has the wrong type", type_name(*found), wanted});
-  if (*value < minimum || *value > maximum) throw Error({where(key), "is out of range", std::to_string(*value), wanted});
+  if (*value < minimum || *value > maximum)
+    throw Error({where(key), "is out of range", std::to_string(*value), wanted});
   return static_cast<int>(*value);
 }
 
@@ -187,7 +192,8 @@ std::vector<std::string> TomlTable::strings_or_empty(const std::string& key) con
   std::vector<std::string> out;
   for (const toml::node& element : *array) {
     const auto value = element.value_exact<std::string>();
-    if (!value || value->empty()) throw Error({where(key), "has an element of the wrong type", type_name(element), "strings"});
+    if (!value || value->empty())
+      throw Error({where(key), "has an element of the wrong type", type_name(element), "strings"});
     out.push_back(*value);
   }
   return out;
@@ -198,7 +204,8 @@ std::vector<std::vector<double>> TomlTable::matrix(const std::string& key) const
   const toml::node* found = node_->table->get(key);
   if (found == nullptr) throw Error({where(key), "is missing", {}, "an array of rows of numbers"});
   const toml::array* rows = found->as_array();
-  if (rows == nullptr) throw Error({where(key), "has the wrong type", type_name(*found), "an array of rows of numbers"});
+  if (rows == nullptr)
+    throw Error({where(key), "has the wrong type", type_name(*found), "an array of rows of numbers"});
   std::vector<std::vector<double>> out;
   for (const toml::node& row : *rows) {
     const toml::array* array = row.as_array();
@@ -235,10 +242,12 @@ std::vector<TomlTable> TomlTable::tables(const std::string& key) const {
   const toml::node* found = node_->table->get(key);
   if (found == nullptr) return {};
   const toml::array* array = found->as_array();
-  if (array == nullptr) throw Error({where(key), "has the wrong type", type_name(*found), "tables [[" + node_->prefix + key + "]]"});
+  if (array == nullptr)
+    throw Error({where(key), "has the wrong type", type_name(*found), "tables [[" + node_->prefix + key + "]]"});
   std::vector<TomlTable> out;
   for (const toml::node& element : *array) {
-    if (!element.is_table()) throw Error({where(key), "has an element of the wrong type", type_name(element), "tables"});
+    if (!element.is_table())
+      throw Error({where(key), "has an element of the wrong type", type_name(element), "tables"});
     auto child = std::make_shared<Node>();
     child->table = element.as_table();
     child->prefix = node_->prefix + key + "." + std::to_string(out.size()) + ".";

@@ -19,7 +19,8 @@ inline constexpr NumberRange kPositive{0, std::numeric_limits<double>::max(), tr
 inline constexpr NumberRange kNotNegative{0, std::numeric_limits<double>::max(), false};
 
 /// One table of a TOML file, read strictly: every key must be asked for, have the right type and lie in its range.
-/// Errors name file, line and dotted key ("bench.toml:7: detector.distance_mm"). Copies share the record of keys asked for.
+/// Errors name file, line and dotted key ("bench.toml:7: detector.distance_mm"). Copies share the record of keys asked
+/// for.
 class TomlTable {
  public:
   /// Parses a whole file. @throws Error with line and column of a syntax error

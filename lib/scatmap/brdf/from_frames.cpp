@@ -144,6 +144,33 @@ Merged merge_all(const Reductions& r) {
   return merge(scaled);
 }
 
+// Errors of rooms that know no files, with the file the user has to mend.
+SampleView view_of(const Measurement& m) try {
+  return sample_view(m.instrument, m.pose);
+} catch (const Error& e) {
+  throw with_context(m.file.string() + " with " + m.instrument_file.string(), e);
+}
+
+Signature signature_of(const Measurement& m, const Counts& counts) try {
+  return measure_signature(counts, m.aperture.radius_px);
+} catch (const Error& e) {
+  throw with_context(m.file.string(), e);
+}
+
+// A map without a single number is no result.
+void require_some_good_pixel(const Measurement& m, const BrdfMap& map) {
+  Mask every = static_cast<Mask>(~0u);
+  for (const Mask mask : map.mask) {
+    if (mask == 0) return;
+    every &= mask;
+  }
+  std::string reason;
+  for (const MaskFlag& flag : kMaskFlags) {
+    if ((every & flag.bit) != 0) reason = std::string(": ") + flag.meaning;
+  }
+  throw Error({m.file.string(), "gives a map without a good pixel" + reason, {}, {}});
+}
+
 }  // namespace
 
 BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress) {
@@ -152,12 +179,12 @@ BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress) {
   map.instrument = m.instrument;
   map.pose = m.pose;
   map.wavelength_m = m.wavelength_m;
-  const SampleView view = sample_view(m.instrument, m.pose);
+  const SampleView view = view_of(m);
   FrameSource source(m);
   if (progress) progress("signature", 0);
   {
     const FrameSource::Reduced reduced = source.reduce_exposure(m.signature, "signature");
-    out.signature = measure_signature(reduced.counts, m.aperture.radius_px);
+    out.signature = signature_of(m, reduced.counts);
     map.exposures.push_back(reduced.record);
     note_noise(reduced, source.sensor(), map);
   }
@@ -167,6 +194,7 @@ BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress) {
   map.angles = angle_map(view, m.instrument.rows, m.instrument.columns);
   const Grid<double> expected = apply_geometry(merged, map);
 
+  require_some_good_pixel(m, map);
   const double u_signature = out.signature.u_rate_dn_per_s / out.signature.rate_dn_per_s;
   for (const Exposure& e : m.exposures) out.exposure_scale.push_back(exposure_scale(m, e, u_signature));
   split_causes(out.exposure_scale, merged, expected, map);

@@ -130,7 +130,7 @@ Gradient gradient(const Grid<double>& f, int row, int column) {
 }  // namespace
 
 std::optional<Grid<float>> pose_uncertainty(const Instrument& instrument, const Pose& pose, const Grid<double>& expected_per_sr) {
-  if (!instrument.calibration) return std::nullopt;
+  if (!instrument.calibration || instrument.calibration->parameters.empty()) return std::nullopt;
   const SampleView view = sample_view(instrument, pose);
   const std::vector<ViewChange> changes = independent_changes(instrument, pose);
   Grid<float> out(expected_per_sr.rows(), expected_per_sr.columns());

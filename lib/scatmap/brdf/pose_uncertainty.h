@@ -12,7 +12,7 @@ namespace scatmap {
 /// near the specular direction are functions of the half vector, so errors of incidence and of scatter add as they do there).
 ///
 /// @param expected_per_sr  rows × columns, smooth estimate of f, for the gradient; masked pixels NaN
-/// @return rows × columns, sr^-1; nullopt if the instrument has no calibration
+/// @return rows × columns, sr^-1; nullopt if the instrument has no calibrated parameter
 std::optional<Grid<float>> pose_uncertainty(const Instrument& instrument, const Pose& pose, const Grid<double>& expected_per_sr);
 
 }  // namespace scatmap

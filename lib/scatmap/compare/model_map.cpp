@@ -19,7 +19,8 @@ BrdfMap model_map(const Model& model, const Instrument& instrument, const Pose& 
   map.brdf_per_sr = Grid<double>(instrument.rows, instrument.columns);
   for_each_row(instrument.rows, [&](int row) {
     for (int c = 0; c < instrument.columns; ++c) {
-      map.brdf_per_sr(row, c) = map.mask(row, c) == 0 ? prepared(view.pixel(c, row).normalized()) : std::numeric_limits<double>::quiet_NaN();
+      map.brdf_per_sr(row, c) =
+          map.mask(row, c) == 0 ? prepared(view.pixel(c, row).normalized()) : std::numeric_limits<double>::quiet_NaN();
     }
   });
   return map;

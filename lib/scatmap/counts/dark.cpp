@@ -76,8 +76,8 @@ double pooled_variance(const MasterDark& dark, const Grid<float>& sample_varianc
 }
 
 // Two outliers among the darks of one pixel are no cosmic hits: it flickers.
-void finish(MasterDark& dark, const Grid<float>& sample_variance, const Grid<float>& count, std::size_t darks, double typical,
-            const SensorModel& sensor) {
+void finish(MasterDark& dark, const Grid<float>& sample_variance, const Grid<float>& count, std::size_t darks,
+            double typical, const SensorModel& sensor) {
   const double hot_above = typical + kHotSigmas * std::sqrt(dark.pooled_variance_dn2);
   for_each_row(dark.level_dn.rows(), [&](int row) {
     for (int c = 0; c < dark.level_dn.columns(); ++c) {
@@ -87,8 +87,8 @@ void finish(MasterDark& dark, const Grid<float>& sample_variance, const Grid<flo
       const double variance = std::max(0.5 * dark.pooled_variance_dn2, dark.pooled_variance_dn2 + extra_shot);
       dark.single_variance_dn2(row, c) = static_cast<float>(variance);
       dark.level_variance_dn2(row, c) = static_cast<float>(variance / n);
-      const bool unstable =
-          darks >= 4 && (n + 2 <= static_cast<double>(darks) || sample_variance(row, c) > kUnstableVarianceRatio * variance);
+      const bool unstable = darks >= 4 && (n + 2 <= static_cast<double>(darks) ||
+                                           sample_variance(row, c) > kUnstableVarianceRatio * variance);
       dark.mask(row, c) = level <= hot_above && !unstable ? Mask{0} : kHot;  // NaN is hot
     }
   });
@@ -98,7 +98,9 @@ void finish(MasterDark& dark, const Grid<float>& sample_variance, const Grid<flo
 
 void require_same_shape(const Frame& a, const Frame& b) {
   if (a.dn.same_shape(b.dn)) return;
-  const auto shape = [](const Frame& f) { return std::to_string(f.dn.columns()) + " x " + std::to_string(f.dn.rows()); };
+  const auto shape = [](const Frame& f) {
+    return std::to_string(f.dn.columns()) + " x " + std::to_string(f.dn.rows());
+  };
   throw Error({b.file.string(), "has the wrong size", shape(b), shape(a) + " as " + a.file.string()});
 }
 
@@ -131,7 +133,8 @@ MasterDark combine_darks(std::span<const Frame> darks, const SensorModel& sensor
   return out;
 }
 
-MasterDark stated_dark(double level_dn, double u_level_dn, int rows, int columns, double quantum_dn, const SensorModel& sensor) {
+MasterDark stated_dark(double level_dn, double u_level_dn, int rows, int columns, double quantum_dn,
+                       const SensorModel& sensor) {
   const double floor = noise_floor_dn2(sensor, quantum_dn);
   MasterDark out{{rows, columns, static_cast<float>(sensor.linearised(level_dn))},
                  {rows, columns, static_cast<float>(floor)},

@@ -17,18 +17,20 @@ struct MasterDark {
 
 /// A dark is hot when its level exceeds the sensor's median by this many single-frame sigmas, ...
 inline constexpr double kHotSigmas = 10;
-/// ... or, with four darks or more, when their scatter exceeds this many times the expected variance or two are outliers.
+/// ... or, with four darks or more, when their scatter exceeds this many times the expected variance or two are
+/// outliers.
 inline constexpr double kUnstableVarianceRatio = 16;
 /// A dark value this far from the pixel's median is an outlier (a cosmic hit) and left out; needs three darks.
 inline constexpr double kDarkOutlierSigmas = 6;
 
-/// Combines darks of equal shape and exposure. The expected variance of a pixel is the pooled variance of ordinary pixels
-/// plus the shot noise of its own extra dark charge, not its own scatter: a variance from a handful of values is worth
-/// little and correlates with the mean. @throws Error if there is no dark or the shapes differ
+/// Combines darks of equal shape and exposure. The expected variance of a pixel is the pooled variance of ordinary
+/// pixels plus the shot noise of its own extra dark charge, not its own scatter: a variance from a handful of values is
+/// worth little and correlates with the mean. @throws Error if there is no dark or the shapes differ
 MasterDark combine_darks(std::span<const Frame> darks, const SensorModel& sensor);
 
 /// A dark level stated by the user instead of measured (a camera's black level), with its standard uncertainty.
-MasterDark stated_dark(double level_dn, double u_level_dn, int rows, int columns, double quantum_dn, const SensorModel& sensor);
+MasterDark stated_dark(double level_dn, double u_level_dn, int rows, int columns, double quantum_dn,
+                       const SensorModel& sensor);
 
 /// @throws Error naming both files if the frames' shapes differ
 void require_same_shape(const Frame& a, const Frame& b);

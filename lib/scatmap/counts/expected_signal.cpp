@@ -33,7 +33,8 @@ void column_sums(const Grid<double>& value, const Grid<Mask>& mask, int row, std
 
 }  // namespace
 
-Grid<double> expected_signal(const Grid<double>& value, const Grid<float>& floor, const Grid<float>& shot, const Grid<Mask>& mask) {
+Grid<double> expected_signal(const Grid<double>& value, const Grid<float>& floor, const Grid<float>& shot,
+                             const Grid<Mask>& mask) {
   Grid<double> out(value.rows(), value.columns());
   for_row_ranges(value.rows(), [&](int first_row, int last_row) {
     std::vector<Sums> sums(static_cast<std::size_t>(value.columns()));

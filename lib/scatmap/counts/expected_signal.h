@@ -4,14 +4,15 @@
 
 namespace scatmap {
 
-/// Best local estimate of the signal that a noisy image samples, for use in variances, weights and gradients (never as the
-/// result itself): expected = m + w (value − m), with m and s² mean and variance of the good neighbours in a 5 × 5 window
-/// without the pixel itself, and w = τ²/(τ² + v), τ² = max(0, s² − v), v the noise variance at m. In flat noise the
-/// pixel's own value hardly counts, so σ does not follow its fluctuation; on steep bright features w → 1.
-/// (J.-S. Lee, IEEE Trans. PAMI 2, 165 (1980), with the pixel itself left out of the local statistics.)
+/// Best local estimate of the signal that a noisy image samples, for use in variances, weights and gradients (never as
+/// the result itself): expected = m + w (value − m), with m and s² mean and variance of the good neighbours in a 5 × 5
+/// window without the pixel itself, and w = τ²/(τ² + v), τ² = max(0, s² − v), v the noise variance at m. In flat noise
+/// the pixel's own value hardly counts, so σ does not follow its fluctuation; on steep bright features w → 1. (J.-S.
+/// Lee, IEEE Trans. PAMI 2, 165 (1980), with the pixel itself left out of the local statistics.)
 ///
 /// @param value  rows × columns; @param floor variance at zero signal, value²; @param shot variance per unit of signal
 /// @return rows × columns; NaN where the pixel is masked and has no good neighbour; masked pixels get m
-Grid<double> expected_signal(const Grid<double>& value, const Grid<float>& floor, const Grid<float>& shot, const Grid<Mask>& mask);
+Grid<double> expected_signal(const Grid<double>& value, const Grid<float>& floor, const Grid<float>& shot,
+                             const Grid<Mask>& mask);
 
 }  // namespace scatmap

@@ -42,7 +42,8 @@ double median_of(std::vector<double> values) {
 }
 
 // Mean of the frames at one pixel, outliers judged against the noise model at the median.
-PixelMean combine(const std::vector<double>& values, double dark_dn, double single_variance, const SensorModel& sensor) {
+PixelMean combine(const std::vector<double>& values, double dark_dn, double single_variance,
+                  const SensorModel& sensor) {
   double centre = 0, limit = std::numeric_limits<double>::infinity();
   if (values.size() >= 2) {
     centre = values.size() == 2 ? std::min(values[0], values[1]) : median_of(values);
@@ -89,8 +90,8 @@ Mask response_mask(const PixelResponse& response, int row, int column) {
 
 }  // namespace
 
-Counts reduce(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor, const PixelResponse& response,
-              double exposure_s) {
+Counts reduce(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor,
+              const PixelResponse& response, double exposure_s) {
   check_frames(frames, dark, exposure_s);
   const int rows = frames.front().dn.rows(), columns = frames.front().dn.columns();
   Counts out{{rows, columns}, {rows, columns}, {rows, columns}, {rows, columns}, {rows, columns}, exposure_s, 0, 0};

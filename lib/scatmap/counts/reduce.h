@@ -6,10 +6,10 @@
 namespace scatmap {
 
 /// Net count rate of one exposure: K raw frames averaged, linearised, dark-subtracted, flat-fielded, per second.
-/// Variance of the rate at an expected rate E ≥ 0:  frame_floor + E·shot + dark_floor. The variance is kept as this model
-/// and not as a number made from the very count it belongs to: that would give dim pixels that fluctuate down a smaller σ
-/// than those that fluctuate up, and bias every weighted mean (see expected_signal.h). dark_floor is one error common to
-/// everything the same master dark was subtracted from.
+/// Variance of the rate at an expected rate E ≥ 0:  frame_floor + E·shot + dark_floor. The variance is kept as this
+/// model and not as a number made from the very count it belongs to: that would give dim pixels that fluctuate down a
+/// smaller σ than those that fluctuate up, and bias every weighted mean (see expected_signal.h). dark_floor is one
+/// error common to everything the same master dark was subtracted from.
 struct Counts {
   Grid<double> rate_dn_per_s;
   Grid<float> frame_floor;  ///< (DN/s)²: read noise, dark shot and quantisation of the K frames' mean
@@ -21,15 +21,15 @@ struct Counts {
   std::size_t rejected_values = 0;  ///< single values rejected as outliers among the frames
 };
 
-/// With three frames or more a value this far from the median of the frames is rejected (cosmic hit); with two, the pixel
-/// is masked. The noise model allows for laser drift of kFrameDriftAllowance of the level.
+/// With three frames or more a value this far from the median of the frames is rejected (cosmic hit); with two, the
+/// pixel is masked. The noise model allows for laser drift of kFrameDriftAllowance of the level.
 inline constexpr double kFrameOutlierSigmas = 6;
 inline constexpr double kFrameDriftAllowance = 0.05;
 
-/// Reduces the frames of one exposure. Saturation is decided on raw counts, in any frame; neighbours of saturated pixels
-/// get kBloom. Negative net counts stay. Shapes: all rows × columns of the first frame.
+/// Reduces the frames of one exposure. Saturation is decided on raw counts, in any frame; neighbours of saturated
+/// pixels get kBloom. Negative net counts stay. Shapes: all rows × columns of the first frame.
 /// @throws Error if shapes differ, a frame's own exposure time contradicts `exposure_s`, or there is no frame
-Counts reduce(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor, const PixelResponse& response,
-              double exposure_s);
+Counts reduce(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor,
+              const PixelResponse& response, double exposure_s);
 
 }  // namespace scatmap

@@ -33,7 +33,8 @@ Grid<float> normalised_flat(const Frame& flat);
 /// kBad where the frame is not 0.
 Grid<Mask> bad_pixels_from_frame(const Frame& frame);
 
-/// kBad at the pixels of a CSV list with header "column_px,row_px" (integers, (0, 0) first). @throws Error with the line
+/// kBad at the pixels of a CSV list with header "column_px,row_px" (integers, (0, 0) first). @throws Error with the
+/// line
 Grid<Mask> read_bad_pixel_list(const std::filesystem::path& path, int rows, int columns);
 
 }  // namespace scatmap

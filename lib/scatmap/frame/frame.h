@@ -29,6 +29,10 @@ struct Frame {
 /// Most pixels a frame may have: 2^30 (a 32768 × 32768 sensor).
 inline constexpr long long kMaxFramePixels = 1LL << 30;
 
+/// Refuses what is no readable FITS file by its first bytes, with the true reason: missing, folder, empty, compressed, text.
+/// @throws Error
+void require_fits_file(const std::filesystem::path& path);
+
 /// Reads a raw frame by its content, not its name: FITS (plain images of BITPIX 8, 16, 32, −32, −64; the primary image,
 /// or the only image extension), TIFF (one page, grey, 8 or 16 bit unsigned or 32 bit float), PNG (grey, 8 or 16 bit),
 /// PGM (P5, maxval to 65535, and P2). Nothing is scaled but FITS BZERO/BSCALE; FITS BLANK becomes NaN.

@@ -78,7 +78,21 @@ std::string first_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
+void refuse_known_format(const std::filesystem::path& path, const std::string& begin) {
+  for (const auto& format : kRefused) {
+    if (begin.starts_with(format.magic)) throw Error({path.string(), format.reason, "", ""});
+  }
+}
+
 }  // namespace
+
+void require_fits_file(const std::filesystem::path& path) {
+  check_is_file(path);
+  const std::string begin = first_bytes(path);
+  if (begin.starts_with("SIMPLE")) return;
+  refuse_known_format(path, begin);
+  throw Error({path.string(), "is not a FITS file", "", ""});
+}
 
 Frame read_frame(const std::filesystem::path& path) {
   check_is_file(path);
@@ -86,9 +100,7 @@ Frame read_frame(const std::filesystem::path& path) {
   for (const auto& format : kReadable) {
     if (begin.starts_with(format.magic)) return format.read(path);
   }
-  for (const auto& format : kRefused) {
-    if (begin.starts_with(format.magic)) throw Error({path.string(), format.reason, "", ""});
-  }
+  refuse_known_format(path, begin);
   throw Error({path.string(), "is not a frame scatmap can read", "", "FITS, TIFF, PNG or PGM"});
 }
 

@@ -18,7 +18,7 @@ enum class FitsPixels { kFloat, kDouble };
 struct FitsColumn {
   std::string name;
   std::string unit;
-  std::vector<std::string> text;    ///< used when `numbers` is empty
+  std::vector<std::string> text;  ///< used when `numbers` is empty
   std::vector<double> numbers;
 };
 

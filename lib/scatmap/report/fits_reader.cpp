@@ -4,6 +4,7 @@
 
 #include "scatmap/base/error.h"
 #include "scatmap/frame/fits_structure.h"
+#include "scatmap/frame/frame.h"
 #include "scatmap/report/fits_file.h"
 
 namespace scatmap {
@@ -14,8 +15,10 @@ struct FitsReader::Handle {
 };
 
 FitsReader::FitsReader(const std::filesystem::path& path) : path_(path), fits_(std::make_unique<Handle>()) {
+  require_fits_file(path);
   for (const FitsHdu& hdu : check_fits_structure(path)) names_.push_back(hdu.header.text("EXTNAME").value_or(hdu.name));
-  check(fits_open_diskfile(&fits_->file, path.c_str(), READONLY, &fits_->status), "open it");
+  // Absolute: CFITSIO drops leading blanks and expands a leading tilde, even of files on disk.
+  check(fits_open_diskfile(&fits_->file, std::filesystem::absolute(path).c_str(), READONLY, &fits_->status), "open it");
 }
 
 FitsReader::~FitsReader() {
@@ -33,12 +36,15 @@ void FitsReader::check(int status, const std::string& doing) {
   throw Error({path_.string(), "cannot " + doing + ": " + text, {}, {}});
 }
 
-bool FitsReader::has(const std::string& hdu_name) { return std::find(names_.begin(), names_.end(), hdu_name) != names_.end(); }
+bool FitsReader::has(const std::string& hdu_name) {
+  return std::find(names_.begin(), names_.end(), hdu_name) != names_.end();
+}
 
 void FitsReader::select(const std::string& hdu_name) {
   const auto found = std::find(names_.begin(), names_.end(), hdu_name);
   if (found == names_.end()) throw Error({path_.string(), "has no HDU " + hdu_name, {}, "a map written by scatmap"});
-  check(fits_movabs_hdu(fits_->file, static_cast<int>(found - names_.begin()) + 1, nullptr, &fits_->status), "go to HDU " + hdu_name);
+  check(fits_movabs_hdu(fits_->file, static_cast<int>(found - names_.begin()) + 1, nullptr, &fits_->status),
+        "go to HDU " + hdu_name);
 }
 
 template <class T>
@@ -47,14 +53,20 @@ Grid<T> FitsReader::image(const std::string& hdu_name, int type) {
   int axes = 0;
   long sizes[2] = {0, 0};
   check(fits_get_img_dim(fits_->file, &axes, &fits_->status), "read the size of " + hdu_name);
-  if (axes != 2) throw Error({path_.string() + ": " + hdu_name, "is no image", std::to_string(axes) + " axes", "2 axes"});
+  if (axes != 2)
+    throw Error({path_.string() + ": " + hdu_name, "is no image", std::to_string(axes) + " axes", "2 axes"});
   check(fits_get_img_size(fits_->file, 2, sizes, &fits_->status), "read the size of " + hdu_name);
   constexpr long kMaxSide = 32768;
   if (sizes[0] < 1 || sizes[1] < 1 || sizes[0] > kMaxSide || sizes[1] > kMaxSide) {
-    throw Error({path_.string() + ": " + hdu_name, "has an impossible size", std::to_string(sizes[0]) + " x " + std::to_string(sizes[1]), {}});
+    throw Error({path_.string() + ": " + hdu_name,
+                 "has an impossible size",
+                 std::to_string(sizes[0]) + " x " + std::to_string(sizes[1]),
+                 {}});
   }
   Grid<T> out(static_cast<int>(sizes[1]), static_cast<int>(sizes[0]));
-  check(fits_read_img(fits_->file, type, 1, static_cast<LONGLONG>(out.size()), nullptr, out.data(), nullptr, &fits_->status), "read " + hdu_name);
+  check(fits_read_img(fits_->file, type, 1, static_cast<LONGLONG>(out.size()), nullptr, out.data(), nullptr,
+                      &fits_->status),
+        "read " + hdu_name);
   return out;
 }
 
@@ -66,7 +78,8 @@ int FitsReader::column_number(const std::string& hdu_name, const std::string& co
   select(hdu_name);
   int number = 0;
   std::string name = column;
-  check(fits_get_colnum(fits_->file, CASEINSEN, name.data(), &number, &fits_->status), "find column " + column + " of " + hdu_name);
+  check(fits_get_colnum(fits_->file, CASEINSEN, name.data(), &number, &fits_->status),
+        "find column " + column + " of " + hdu_name);
   return number;
 }
 
@@ -81,13 +94,15 @@ std::vector<std::string> FitsReader::text_column(const std::string& hdu_name, co
   int type = 0;
   long repeat = 0, width = 0;
   check(fits_get_coltype(fits_->file, number, &type, &repeat, &width, &fits_->status), "read column " + column);
-  if (type != TSTRING || repeat < 0 || repeat > 100000) throw Error({path_.string() + ": " + hdu_name, "column " + column + " is no text", {}, {}});
+  if (type != TSTRING || repeat < 0 || repeat > 100000)
+    throw Error({path_.string() + ": " + hdu_name, "column " + column + " is no text", {}, {}});
   std::vector<std::string> out;
   std::string cell;
   for (long row = 1, rows = row_count(hdu_name); row <= rows; ++row) {
     cell.assign(static_cast<std::size_t>(repeat) + 1, '\0');
     char* data = cell.data();
-    check(fits_read_col(fits_->file, TSTRING, number, row, 1, 1, nullptr, &data, nullptr, &fits_->status), "read column " + column);
+    check(fits_read_col(fits_->file, TSTRING, number, row, 1, 1, nullptr, &data, nullptr, &fits_->status),
+          "read column " + column);
     out.emplace_back(cell.c_str());
   }
   return out;
@@ -97,7 +112,9 @@ std::vector<double> FitsReader::number_column(const std::string& hdu_name, const
   const int number = column_number(hdu_name, column);
   std::vector<double> out(static_cast<std::size_t>(row_count(hdu_name)));
   if (out.empty()) return out;
-  check(fits_read_col(fits_->file, TDOUBLE, number, 1, 1, static_cast<LONGLONG>(out.size()), nullptr, out.data(), nullptr, &fits_->status), "read column " + column);
+  check(fits_read_col(fits_->file, TDOUBLE, number, 1, 1, static_cast<LONGLONG>(out.size()), nullptr, out.data(),
+                      nullptr, &fits_->status),
+        "read column " + column);
   return out;
 }
 

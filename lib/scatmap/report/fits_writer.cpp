@@ -53,17 +53,23 @@ void FitsWriter::begin_image(const std::string& name, const std::string& unit, i
 
 void FitsWriter::image(const std::string& name, const std::string& unit, const Grid<double>& data, FitsPixels pixels) {
   begin_image(name, unit, pixels == FitsPixels::kDouble ? DOUBLE_IMG : FLOAT_IMG, data.rows(), data.columns());
-  check(fits_write_img(fits_->file, TDOUBLE, 1, static_cast<LONGLONG>(data.size()), const_cast<double*>(data.data()), &fits_->status), "write pixels");
+  check(fits_write_img(fits_->file, TDOUBLE, 1, static_cast<LONGLONG>(data.size()), const_cast<double*>(data.data()),
+                       &fits_->status),
+        "write pixels");
 }
 
 void FitsWriter::image(const std::string& name, const std::string& unit, const Grid<float>& data) {
   begin_image(name, unit, FLOAT_IMG, data.rows(), data.columns());
-  check(fits_write_img(fits_->file, TFLOAT, 1, static_cast<LONGLONG>(data.size()), const_cast<float*>(data.data()), &fits_->status), "write pixels");
+  check(fits_write_img(fits_->file, TFLOAT, 1, static_cast<LONGLONG>(data.size()), const_cast<float*>(data.data()),
+                       &fits_->status),
+        "write pixels");
 }
 
 void FitsWriter::image(const std::string& name, const Grid<Mask>& data) {
   begin_image(name, "", SHORT_IMG, data.rows(), data.columns());
-  check(fits_write_img(fits_->file, TUSHORT, 1, static_cast<LONGLONG>(data.size()), const_cast<Mask*>(data.data()), &fits_->status), "write pixels");
+  check(fits_write_img(fits_->file, TUSHORT, 1, static_cast<LONGLONG>(data.size()), const_cast<Mask*>(data.data()),
+                       &fits_->status),
+        "write pixels");
 }
 
 void FitsWriter::table(const std::string& name, const std::vector<FitsColumn>& columns) {
@@ -82,24 +88,30 @@ void FitsWriter::table(const std::string& name, const std::vector<FitsColumn>& c
     forms.push_back(mutable_text(formats[i]));
     units.push_back(mutable_text(columns[i].unit));
   }
-  check(fits_create_tbl(fits_->file, BINARY_TBL, static_cast<LONGLONG>(rows), static_cast<int>(columns.size()), names.data(), forms.data(),
-                        units.data(), name.c_str(), &fits_->status), "create a table");
+  check(fits_create_tbl(fits_->file, BINARY_TBL, static_cast<LONGLONG>(rows), static_cast<int>(columns.size()),
+                        names.data(), forms.data(), units.data(), name.c_str(), &fits_->status),
+        "create a table");
   hdu_open_ = true;
   for (std::size_t i = 0; i < columns.size() && rows > 0; ++i) {
     const int column = static_cast<int>(i) + 1;
     if (!columns[i].numbers.empty()) {
-      check(fits_write_col(fits_->file, TDOUBLE, column, 1, 1, static_cast<LONGLONG>(rows), const_cast<double*>(columns[i].numbers.data()), &fits_->status), "write a column");
+      check(fits_write_col(fits_->file, TDOUBLE, column, 1, 1, static_cast<LONGLONG>(rows),
+                           const_cast<double*>(columns[i].numbers.data()), &fits_->status),
+            "write a column");
       continue;
     }
     std::vector<char*> cells;
     for (const std::string& t : columns[i].text) cells.push_back(mutable_text(t));
-    check(fits_write_col(fits_->file, TSTRING, column, 1, 1, static_cast<LONGLONG>(cells.size()), cells.data(), &fits_->status), "write a column");
+    check(fits_write_col(fits_->file, TSTRING, column, 1, 1, static_cast<LONGLONG>(cells.size()), cells.data(),
+                         &fits_->status),
+          "write a column");
   }
 }
 
 void FitsWriter::key(const std::string& name, double value, const std::string& comment) {
   constexpr int kDecimals = 16;  // with the leading digit, 17: every double reads back bit for bit
-  check(fits_update_key_dbl(fits_->file, name.c_str(), value, kDecimals, comment.c_str(), &fits_->status), "write a keyword");
+  check(fits_update_key_dbl(fits_->file, name.c_str(), value, kDecimals, comment.c_str(), &fits_->status),
+        "write a keyword");
 }
 
 void FitsWriter::key(const std::string& name, int value, const std::string& comment) {
@@ -108,7 +120,8 @@ void FitsWriter::key(const std::string& name, int value, const std::string& comm
 
 void FitsWriter::key(const std::string& name, const std::string& value, const std::string& comment) {
   if (value.size() > 60) check(fits_write_key_longwarn(fits_->file, &fits_->status), "write a keyword");
-  check(fits_update_key_longstr(fits_->file, name.c_str(), value.c_str(), comment.c_str(), &fits_->status), "write a keyword");
+  check(fits_update_key_longstr(fits_->file, name.c_str(), value.c_str(), comment.c_str(), &fits_->status),
+        "write a keyword");
 }
 
 void FitsWriter::history(const std::string& text) {

@@ -24,6 +24,12 @@ MapView read_view(FitsReader& fits, const std::string& file) {
   MapView view{parse_instrument(text, file + "[INSTRUMENT]"), {}, 0};
   view.pose = {required_key(fits, file, primary, "STAGERAD"), required_key(fits, file, primary, "ARMRAD")};
   view.wavelength_m = fits.number_key(primary, "WAVELEN").value_or(0) * kMetrePerNm;
+  if (primary == "BRDF" && !(view.wavelength_m > 0)) throw Error({file + ": WAVELEN", "is no wavelength", {}, "a number > 0, nm"});
+  try {
+    sample_view(view.instrument, view.pose);
+  } catch (const Error& e) {
+    throw with_context(file, e);
+  }
   return view;
 }
 
