@@ -7,8 +7,8 @@
 
 #include "scatmap/counts/sensor_model.h"
 
-/// Simulated camera frames of Gaussian spots, made without calib: the pixel integral is an error function along the rows'
-/// direction and Simpson's rule along the columns'.
+/// Simulated camera frames of Gaussian spots, made without calib: the pixel integral is an error function along the
+/// rows' direction and Simpson's rule along the columns'.
 namespace scatmap::test {
 
 struct TrueSpot {
@@ -46,8 +46,11 @@ inline double share_on_pixel(const TrueSpot& s, int column, int row) {
     const double x = column - 0.5 + static_cast<double>(i) / kSteps - s.column_px;
     const double weight = (i == 0 || i == kSteps ? 1 : i % 2 == 1 ? 4 : 2) / (3.0 * kSteps);
     const double centre = s.row_px + xy / xx * x;
-    const auto below = [&](double edge) { return 0.5 * std::erfc(-(edge - centre) / (conditional * std::numbers::sqrt2)); };
-    sum += weight * std::exp(-0.5 * x * x / xx) / std::sqrt(2 * std::numbers::pi * xx) * (below(row + 0.5) - below(row - 0.5));
+    const auto below = [&](double edge) {
+      return 0.5 * std::erfc(-(edge - centre) / (conditional * std::numbers::sqrt2));
+    };
+    sum += weight * std::exp(-0.5 * x * x / xx) / std::sqrt(2 * std::numbers::pi * xx) *
+           (below(row + 0.5) - below(row - 0.5));
   }
   return sum;
 }
@@ -79,13 +82,14 @@ inline Frame camera_frame(const TrueCamera& camera, const std::vector<double>& l
   return f;
 }
 
-/// Cramér-Rao bound on the covariance of (column, row) of the first spot when its flux, covariance and the background are
-/// unknown too, by central differences of the expectation.
+/// Cramér-Rao bound on the covariance of (column, row) of the first spot when its flux, covariance and the background
+/// are unknown too, by central differences of the expectation.
 inline Eigen::Matrix2d cramer_rao_px2(const TrueCamera& camera, const TrueSpot& spot) {
   const auto moved = [&](int parameter, double by) {
     TrueSpot s = spot;
     TrueCamera c = camera;
-    double* const numbers[] = {&s.column_px, &s.row_px, &s.flux_e, &s.major_px, &s.minor_px, &s.angle_rad, &c.background_e};
+    double* const numbers[] = {&s.column_px, &s.row_px,    &s.flux_e,      &s.major_px,
+                               &s.minor_px,  &s.angle_rad, &c.background_e};
     *numbers[parameter] += by;
     return expected_e(c, {s});
   };
@@ -99,7 +103,8 @@ inline Eigen::Matrix2d cramer_rao_px2(const TrueCamera& camera, const TrueSpot& 
     const double h = free[k] == 2 ? 1e-3 * spot.flux_e : 1e-3;
     const auto up = moved(free[k], h), down = moved(free[k], -h);
     for (std::size_t i = 0; i < e.size(); ++i) {
-      jacobian(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) = (up[i] - down[i]) / (2 * h) / std::sqrt(e[i] + camera.floor_e2());
+      jacobian(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
+          (up[i] - down[i]) / (2 * h) / std::sqrt(e[i] + camera.floor_e2());
     }
   }
   return (jacobian.transpose() * jacobian).inverse().topLeftCorner<2, 2>();

@@ -104,7 +104,8 @@ Calibration read_calibration(const TomlTable& t) {
   c.covariance.resize(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto& row = rows[static_cast<std::size_t>(i)];
-    if (row.size() != rows.size()) throw Error({t.where("covariance"), "has the wrong size", std::to_string(row.size()) + " columns", wanted});
+    if (row.size() != rows.size())
+      throw Error({t.where("covariance"), "has the wrong size", std::to_string(row.size()) + " columns", wanted});
     for (Eigen::Index j = 0; j < n; ++j) c.covariance(i, j) = row[static_cast<std::size_t>(j)];
   }
   for (const TomlTable& p : t.tables("left_out")) {
@@ -121,7 +122,8 @@ void check_covariance(const Calibration& c, const std::string& where) {
   const Eigen::VectorXd scale = (variance.array() > 0).select(variance.array().rsqrt(), 0.0);
   const Eigen::MatrixXd correlation = scale.asDiagonal() * c.covariance * scale.asDiagonal();
   constexpr double kTolerance = 1e-9;
-  if (!((correlation - correlation.transpose()).cwiseAbs().maxCoeff() <= kTolerance)) throw Error({where, "is not symmetric", {}, {}});
+  if (!((correlation - correlation.transpose()).cwiseAbs().maxCoeff() <= kTolerance))
+    throw Error({where, "is not symmetric", {}, {}});
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(correlation, Eigen::EigenvaluesOnly);
   if (!(solver.eigenvalues().minCoeff() >= -kTolerance)) throw Error({where, "is not positive semi-definite", {}, {}});
 }

@@ -14,25 +14,25 @@ namespace scatmap {
 struct Sensor {
   std::optional<double> gain_e_per_dn;
   std::optional<double> read_noise_e;
-  std::optional<double> saturation_dn;    ///< raw counts at which a pixel is saturated
-  double nonlinearity_percent = 0;        ///< largest relative deviation at saturation, after any correction
-  double bias_dn = 0;                     ///< zero point of the linearity polynomial
+  std::optional<double> saturation_dn;  ///< raw counts at which a pixel is saturated
+  double nonlinearity_percent = 0;      ///< largest relative deviation at saturation, after any correction
+  double bias_dn = 0;                   ///< zero point of the linearity polynomial
   /// corrected = bias + x (1 + c0 x + c1 x² + …), x = raw − bias in DN. Empty: none.
   std::vector<double> linearity;
 };
 
 /// A parameter that a calibration kept at its nominal value.
 struct LeftOutParameter {
-  std::string name;                ///< of a geometry parameter, or of a mirror mount's ("mount.NAME.tilt_deg")
+  std::string name;  ///< of a geometry parameter, or of a mirror mount's ("mount.NAME.tilt_deg")
   std::string reason;
   std::optional<double> bound_px;  ///< by how much that may shift a direction, if known
 };
 
 /// Standard covariance of some geometry parameters, in their file units (mm, µm, deg).
 struct Calibration {
-  std::vector<std::string> parameters;     ///< names out of geometry_keys()
-  Eigen::MatrixXd covariance;              ///< parameters × parameters, symmetric, positive semi-definite
-  std::vector<LeftOutParameter> left_out;  ///< [[calibration.left_out]]
+  std::vector<std::string> parameters;       ///< names out of geometry_keys()
+  Eigen::MatrixXd covariance;                ///< parameters × parameters, symmetric, positive semi-definite
+  std::vector<LeftOutParameter> left_out{};  ///< [[calibration.left_out]]
 };
 
 /// An instrument file (instrument.toml): detector, arm, stage, beam, sample, sensor, and its calibration if it has one.

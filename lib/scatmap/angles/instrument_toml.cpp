@@ -57,7 +57,8 @@ std::string calibration_text(const Calibration& c) {
   for (std::size_t i = 0; i < c.parameters.size(); ++i) t += (i == 0 ? "\"" : ", \"") + c.parameters[i] + "\"";
   t += "]\ncovariance = [\n";
   for (Eigen::Index i = 0; i < c.covariance.rows(); ++i) {
-    for (Eigen::Index j = 0; j < c.covariance.cols(); ++j) t += (j == 0 ? "  [" : ", ") + number_text(c.covariance(i, j));
+    for (Eigen::Index j = 0; j < c.covariance.cols(); ++j)
+      t += (j == 0 ? "  [" : ", ") + number_text(c.covariance(i, j));
     t += "],\n";
   }
   t += "]\n";
