@@ -24,13 +24,18 @@ int run(int argc, char** argv) {
   app.failure_message([](const CLI::App*, const CLI::Error& e) {
     return "scatmap: " + std::string(scatmap::Error({{}, e.what(), {}, {}}).what()) + " (see scatmap --help)\n";
   });
-  app.footer("Exit status: 0 done, 1 bad data, 2 bad usage. Files: docs/files.md; angles and signs: docs/conventions.md.");
+  app.footer(
+      "Exit status: 0 done, 1 bad data, 2 bad usage. Files: docs/files.md; angles and signs: docs/conventions.md.");
   const scatmap::tools::Invocation invocation{scatmap::utf8_text(command_line(argc, argv))};
   scatmap::tools::setup_simulate(app, invocation);
+  scatmap::tools::setup_spots(app, invocation);
+  scatmap::tools::setup_calibrate(app, invocation);
   scatmap::tools::setup_angles(app, invocation);
   scatmap::tools::setup_brdf(app, invocation);
   scatmap::tools::setup_model(app, invocation);
   scatmap::tools::setup_compare(app, invocation);
+  scatmap::tools::setup_uncertainty(app, invocation);
+  scatmap::tools::setup_sensor(app, invocation);
   const auto verbs = app.get_subcommands([](const CLI::App*) { return true; });
   const auto named = [&](const CLI::App* verb) { return argv[1] == verb->get_name(); };
   if (argc > 1 && argv[1][0] != '-' && std::none_of(verbs.begin(), verbs.end(), named)) {

@@ -15,5 +15,9 @@ void setup_angles(CLI::App& app, const Invocation& invocation);
 void setup_brdf(CLI::App& app, const Invocation& invocation);
 void setup_model(CLI::App& app, const Invocation& invocation);
 void setup_compare(CLI::App& app, const Invocation& invocation);
+void setup_uncertainty(CLI::App& app, const Invocation& invocation);
+void setup_sensor(CLI::App& app, const Invocation& invocation);
+void setup_spots(CLI::App& app, const Invocation& invocation);
+void setup_calibrate(CLI::App& app, const Invocation& invocation);
 
 }  // namespace scatmap::tools

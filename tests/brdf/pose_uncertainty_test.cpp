@@ -8,6 +8,7 @@
 #include <random>
 
 #include "data-synthetic/truth_geometry.h"
+#include "scatmap/angles/angle_map.h"
 #include "tests/support/random_instrument.h"
 
 namespace scatmap {
@@ -111,6 +112,73 @@ TEST(PoseUncertainty, DistanceAloneActsThroughTheSolidAngle) {
   in.calibration = Calibration{{"detector.distance_mm"}, Eigen::MatrixXd::Constant(1, 1, 1.0)};
   const auto u = pose_uncertainty(in, {kStage_deg * kRadPerDeg, kArm_deg * kRadPerDeg}, Grid<double>(101, 121, 10.0));
   EXPECT_NEAR((*u)(50, 60), 10 * 2 / 325.0, 1e-4);  // dΩ/Ω = −2 dR/R
+}
+
+// The tiles' interpolation against the sum over causes, pixel by pixel, on wild benches.
+TEST(PoseUncertainty, TilesStayWithinTheirBoundOfTheExactNorm) {
+  std::mt19937_64 rng(8);
+  for (int trial = 0; trial < 12; ++trial) {
+    const test::RandomBench bench = test::random_bench(rng, 1);
+    Instrument in = bench.instrument;
+    in.rows = std::min(in.rows, 150 + 37 * trial);
+    in.columns = std::min(in.columns, 70 + 53 * trial);
+    in.calibration = calibration();
+    in.calibration->covariance *= 1e-2;
+    Grid<double> f(in.rows, in.columns);
+    for (int r = 0; r < in.rows; ++r) {
+      for (int c = 0; c < in.columns; ++c)
+        f(r, c) = r % 17 == 3 && c % 13 == 5 ? std::nan("") : 3 + std::sin(0.2 * r) + std::cos(0.3 * c);
+    }
+    const auto u = pose_uncertainty(in, bench.pose(), f);
+    const PoseSensitivities exact(in, bench.pose(), f);
+    std::vector<double> changes(exact.count());
+    double largest = 0, worst = 0;
+    for (int r = 0; r < in.rows; ++r) {
+      for (int c = 0; c < in.columns; ++c) {
+        exact.at(r, c, changes);
+        double sum = 0;
+        for (const double v : changes) sum += v * v;
+        ASSERT_EQ(std::isnan((*u)(r, c)), std::isnan(sum)) << r << "," << c;
+        if (std::isnan(sum)) continue;
+        largest = std::max(largest, std::sqrt(sum));
+        worst = std::max(worst, std::abs((*u)(r, c) - std::sqrt(sum)));
+      }
+    }
+    EXPECT_LE(worst, kPoseMaxError * largest) << trial;
+    EXPECT_GT(largest, 0);
+  }
+}
+
+// A detector that reaches below the sample's horizon, and one close by: the tiles there are exact.
+TEST(PoseUncertainty, TilesAcrossTheHorizonAndCloseBy) {
+  for (const auto& [arm_deg, distance_mm] : {std::pair{130.0, 325.0}, {80.0, 12.0}}) {
+    Instrument in = test::instrument_of(bench());
+    in.geometry.distance = distance_mm * 1e-3;
+    in.calibration = calibration();
+    const Pose pose{kStage_deg * kRadPerDeg, arm_deg * kRadPerDeg};
+    Grid<double> f(in.rows, in.columns, 5.0);
+    const auto angles = angle_map(in, pose);
+    double largest = 0, worst = 0, good = 0;
+    for (std::size_t i = 0; i < f.size(); ++i) {
+      if (angles.mask[i] != 0) f[i] = std::nan("");
+    }
+    const auto u = pose_uncertainty(in, pose, f);
+    const PoseSensitivities exact(in, pose, f);
+    std::vector<double> changes(exact.count());
+    for (int r = 0; r < in.rows; ++r) {
+      for (int c = 0; c < in.columns; ++c) {
+        if (std::isnan(f(r, c))) continue;
+        exact.at(r, c, changes);
+        double sum = 0;
+        for (const double v : changes) sum += v * v;
+        good += 1;
+        largest = std::max(largest, std::sqrt(sum));
+        worst = std::max(worst, std::abs((*u)(r, c) / std::sqrt(sum) - 1));
+      }
+    }
+    EXPECT_GT(good, 100) << arm_deg;
+    EXPECT_LE(worst, 2 * kPoseMaxError) << arm_deg;
+  }
 }
 
 TEST(PoseUncertainty, MaskedNeighboursDoNotMakeItNan) {

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "scatmap/base/error.h"
+#include "scatmap/base/output_file.h"
 #include "scatmap/base/units.h"
 #include "scatmap/brdf/measurement.h"
 
@@ -68,6 +70,35 @@ TEST(Scale, IntervalIsTenToPlusMinusDelta) {
   b.causes = {{"filter a", Distribution::kRectangular, 0.2575, kLn10, true}};
   EXPECT_NEAR(b.filters_interval().high, std::pow(10, 0.2575) - 1, 1e-14);
   EXPECT_NEAR(b.filters_interval().low, std::pow(10, -0.2575) - 1, 1e-14);
+}
+
+// Every way to state a filter's uncertainty, through the file.
+TEST(Scale, StatementsOfAFilter) {
+  const std::filesystem::path folder = testing::TempDir();
+  write_text_file(folder / "i.toml", "[detector]\ncolumns = 8\nrows = 8\npitch_um = [10, 10]\ndistance_mm = 300\n",
+                  Overwrite::kForce);
+  const auto read = [&](const std::string& filter) {
+    write_text_file(
+        folder / "m.toml",
+        "instrument = \"i.toml\"\nwavelength_nm = 632.8\nstage_deg = 20\narm_deg = 40\n[filters.a]\nod = 2.0\n" +
+            filter +
+            "\n[laser]\ndrift_between_exposures_percent = 0.3\n[signature]\nframes = [\"s.fits\"]\ndarks = "
+            "[\"d.fits\"]\n"
+            "exposure_s = 1\n[[exposure]]\nframes = [\"e.fits\"]\ndarks = [\"d.fits\"]\nexposure_s = 1\nfilters = "
+            "[\"a\"]\n",
+        Overwrite::kForce);
+    const Measurement m = read_measurement(folder / "m.toml");
+    return exposure_scale(m, m.exposures.front(), 0);
+  };
+  EXPECT_NEAR(read("tolerance_percent = 5").filters_standard(), kLn10 * 0.1 / std::sqrt(3.0), 1e-15);
+  EXPECT_NEAR(read("tolerance_od = 0.1\ndistribution = \"triangular\"").filters_standard(),
+              kLn10 * 0.1 / std::sqrt(6.0), 1e-15);
+  EXPECT_NEAR(read("u_od = 0.02").filters_standard(), kLn10 * 0.02, 1e-15);
+  EXPECT_NEAR(read("bounds_od = [-0.02, 0.1]").filters_standard(), kLn10 * 0.12 / std::sqrt(12.0), 1e-15);
+  EXPECT_NEAR(read("u_od = 0").standard(), 0.003 / std::sqrt(3.0), 1e-15);  // the laser's own
+  EXPECT_THROW(read("bounds_od = [0.02, 0.1]"), Error);
+  EXPECT_THROW(read("u_od = 0.1\nbounds_od = [-0.02, 0.1]"), Error);
+  EXPECT_THROW(read("u_od = 0.1\ndistribution = \"triangular\""), Error);
 }
 
 TEST(Scale, LaserTimesAndSignatureCountBesideTheFilters) {

@@ -60,7 +60,7 @@ void add_run(const std::string& scene_name, unsigned seed, std::vector<Bin>& bin
   write_text_file(scene_file, with_seed(text, seed), Overwrite::kForce);
   synth::simulate(scene_file, folder / "data", Overwrite::kKeep, {});
   const synth::Scene scene = synth::read_scene(scene_file);
-  const BrdfResult result = brdf_from_frames(with_true_instrument(folder / "data", scene));
+  const BrdfResult result = brdf_from_frames(with_true_instrument(folder / "data", scene), {}, FilterValues::kNominal);
 
   FitsReader truth(folder / "data" / "truth" / "brdf.fits");
   const Grid<double> expected_f = truth.image_double("TRUTH_BRDF");

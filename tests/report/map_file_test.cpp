@@ -88,6 +88,26 @@ TEST_F(MapFile, DoublePrecisionReadsBackBitForBit) {
   EXPECT_TRUE(back.u_pose_per_sr.empty());
 }
 
+TEST_F(MapFile, CorrelatedAndAsymmetricCausesReadBack) {
+  BrdfMap map = example();
+  map.scale.causes = {{"filter a", Distribution::kNormal, 0.02, kLn10, true, 0},
+                      {"laser drift", Distribution::kTriangular, 0.01, 1, false, 0},
+                      {"filter b", Distribution::kNormal, 0.03, -kLn10, true, 0},
+                      {"filter c", Distribution::kAsymmetric, 0.03, -kLn10, true, 0.01}};
+  map.scale.correlation = Eigen::MatrixXd::Identity(4, 4);
+  map.scale.correlation(0, 2) = map.scale.correlation(2, 0) = 0.98;
+  map.structured[0].cause = {"filter d", Distribution::kRectangular, 0.15, 1, true, 0};
+  write_map_fits(map, folder_ / "a.fits", Precision::kSingle, Overwrite::kKeep);
+  const BrdfMap back = read_map_fits(folder_ / "a.fits");
+  EXPECT_EQ(back.scale.standard(), map.scale.standard());
+  EXPECT_EQ(back.scale.correlation_of(2, 0), 0.98);
+  EXPECT_EQ(back.scale.causes.at(3).half_width_below, 0.01);
+  EXPECT_EQ(back.scale.causes.at(1).distribution, Distribution::kTriangular);
+  EXPECT_EQ(back.structured.at(0).cause.distribution, Distribution::kRectangular);
+  EXPECT_EQ(back.structured.at(0).cause.half_width, 0.15);
+  EXPECT_TRUE(back.structured.at(0).cause.is_filter);
+}
+
 TEST_F(MapFile, SinglePrecisionRoundsTheBrdfOnly) {
   const BrdfMap map = example();
   write_map_fits(map, folder_ / "a.fits", Precision::kSingle, Overwrite::kKeep);

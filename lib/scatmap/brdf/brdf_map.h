@@ -10,14 +10,16 @@ namespace scatmap {
 
 /// One cause that moves every pixel by its own amount: signed change of the BRDF at +1 standard deviation of the cause.
 struct StructuredCause {
-  std::string name;           ///< as in the map's extension: "U_NONLIN", "U_ND_OD10"
+  std::string name;  ///< as in the map's extension: "U_NONLIN", "U_ND_OD10"
   std::string meaning;
   Grid<float> sensitivity_per_sr;
+  ScaleCause cause{.half_width = 1,
+                   .sensitivity = 1};  ///< what it is one standard deviation of: distribution, half width
 };
 
 /// What one input exposure contributed.
 struct ExposureRecord {
-  std::string role;                       ///< "signature" or "exposure N"
+  std::string role;  ///< "signature" or "exposure N"
   double exposure_s = 0;
   std::vector<std::string> filters;
   std::vector<InputRecord> frames;
@@ -29,7 +31,7 @@ struct ExposureRecord {
 /// covariance(p, q) = [p = q] u_random² + sum over causes s(p) s(q) + f(p) f(q) scale².
 /// A modelled map has empty uncertainties.
 struct BrdfMap {
-  Grid<double> brdf_per_sr;          ///< NaN where the mask is not 0 and no value exists
+  Grid<double> brdf_per_sr;  ///< NaN where the mask is not 0 and no value exists
   Grid<float> u_random_per_sr;
   Grid<float> u_pose_per_sr;
   std::vector<StructuredCause> structured;
@@ -40,11 +42,12 @@ struct BrdfMap {
   Pose pose;
   double wavelength_m = 0;
   std::vector<ExposureRecord> exposures;
-  std::vector<std::string> notes;    ///< what the user should know: a correction that was not applied, a weak input
+  std::vector<std::string> notes;  ///< what the user should know: a correction that was not applied, a weak input
   Provenance provenance;
 };
 
-/// Random, pose and structured parts together, per pixel (root sum of squares), scale excluded; empty if the map has none.
+/// Random, pose and structured parts together, per pixel (root sum of squares), scale excluded; empty if the map has
+/// none.
 Grid<float> per_pixel_uncertainty(const BrdfMap& map);
 
 }  // namespace scatmap

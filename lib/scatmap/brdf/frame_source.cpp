@@ -16,18 +16,21 @@ double required(const std::optional<double>& value, const std::filesystem::path&
 
 SensorModel sensor_model(const Measurement& m) {
   const Sensor& s = m.instrument.sensor;
-  return {required(s.gain_e_per_dn, m.instrument_file, "gain_e_per_dn"), required(s.read_noise_e, m.instrument_file, "read_noise_e"),
+  return {required(s.gain_e_per_dn, m.instrument_file, "gain_e_per_dn"),
+          required(s.read_noise_e, m.instrument_file, "read_noise_e"),
           required(s.saturation_dn, m.instrument_file, "saturation_dn"), s.bias_dn, s.linearity};
 }
 
 void require_detector_size(int rows, int columns, const std::string& file, const Instrument& instrument) {
   if (rows == instrument.rows && columns == instrument.columns) return;
   throw Error({file, "has the wrong size", std::to_string(columns) + " x " + std::to_string(rows),
-               std::to_string(instrument.columns) + " x " + std::to_string(instrument.rows) + " as detector.columns and rows say"});
+               std::to_string(instrument.columns) + " x " + std::to_string(instrument.rows) +
+                   " as detector.columns and rows say"});
 }
 
 // A file's own word against the measurement's: neither is preferred, the user must decide.
-void require_agreement(const std::optional<double>& in_file, double stated, double tolerance, const std::string& where, const char* what) {
+void require_agreement(const std::optional<double>& in_file, double stated, double tolerance, const std::string& where,
+                       const char* what) {
   if (in_file && !(std::abs(*in_file - stated) <= tolerance)) {
     throw Error({where, std::string("contradicts ") + what, number_text(*in_file), number_text(stated)});
   }
@@ -35,7 +38,8 @@ void require_agreement(const std::optional<double>& in_file, double stated, doub
 
 }  // namespace
 
-FrameSource::FrameSource(const Measurement& measurement) : measurement_(measurement), sensor_(sensor_model(measurement)) {
+FrameSource::FrameSource(const Measurement& measurement)
+    : measurement_(measurement), sensor_(sensor_model(measurement)) {
   const Instrument& in = measurement.instrument;
   if (measurement.flat) {
     const Frame flat = read_frame(*measurement.flat);
@@ -58,7 +62,8 @@ Frame FrameSource::read_checked(const std::filesystem::path& path, bool is_dark,
   require_detector_size(f.dn.rows(), f.dn.columns(), name, measurement_.instrument);
   require_agreement(f.header.exposure_s, exposure_s, 1e-3 * exposure_s, name + ": EXPTIME",
                     is_dark ? "exposure_s of the frames it is the dark of" : "exposure_s");
-  require_agreement(f.header.gain_e_per_dn, sensor_.gain_e_per_dn, 0.01 * sensor_.gain_e_per_dn, name + ": EGAIN", "sensor.gain_e_per_dn");
+  require_agreement(f.header.gain_e_per_dn, sensor_.gain_e_per_dn, 0.01 * sensor_.gain_e_per_dn, name + ": EGAIN",
+                    "sensor.gain_e_per_dn");
   if (f.header.row_order) {
     if (row_order_.empty()) {
       row_order_ = *f.header.row_order;
@@ -72,8 +77,8 @@ Frame FrameSource::read_checked(const std::filesystem::path& path, bool is_dark,
   return f;
 }
 
-std::vector<Frame> FrameSource::read_all(const std::vector<std::filesystem::path>& paths, bool are_darks, double exposure_s,
-                                         std::vector<InputRecord>& records) {
+std::vector<Frame> FrameSource::read_all(const std::vector<std::filesystem::path>& paths, bool are_darks,
+                                         double exposure_s, std::vector<InputRecord>& records) {
   std::vector<Frame> frames;
   for (const auto& path : paths) {
     frames.push_back(read_checked(path, are_darks, exposure_s));
@@ -86,7 +91,9 @@ std::shared_ptr<const FrameSource::Dark> FrameSource::dark_of(const Exposure& e,
   if (e.stated_dark) {
     const Instrument& in = measurement_.instrument;
     return std::make_shared<Dark>(
-        Dark{stated_dark(e.stated_dark->level_dn, e.stated_dark->u_level_dn, in.rows, in.columns, quantum_dn, sensor_), {}, groups_++});
+        Dark{stated_dark(e.stated_dark->level_dn, e.stated_dark->u_level_dn, in.rows, in.columns, quantum_dn, sensor_),
+             {},
+             groups_++});
   }
   auto& slot = darks_[e.darks];
   if (!slot) {
@@ -103,8 +110,10 @@ FrameSource::Reduced FrameSource::reduce_exposure(const Exposure& e, const std::
   if (role != "signature") {
     for (const Frame& f : frames) {
       constexpr double kSameAngle_deg = 1e-3;
-      require_agreement(f.header.stage_deg, measurement_.pose.stage_rad * kDegPerRad, kSameAngle_deg, f.file.string() + ": STAGEDEG", "stage_deg");
-      require_agreement(f.header.arm_deg, measurement_.pose.arm_rad * kDegPerRad, kSameAngle_deg, f.file.string() + ": ARMDEG", "arm_deg");
+      require_agreement(f.header.stage_deg, measurement_.pose.stage_rad * kDegPerRad, kSameAngle_deg,
+                        f.file.string() + ": STAGEDEG", "stage_deg");
+      require_agreement(f.header.arm_deg, measurement_.pose.arm_rad * kDegPerRad, kSameAngle_deg,
+                        f.file.string() + ": ARMDEG", "arm_deg");
     }
   }
   const auto dark = dark_of(e, frames.front().quantum_dn);

@@ -12,13 +12,14 @@ namespace scatmap {
 /// Reads and reduces the exposures of a measurement; each list of darks is read and combined once.
 class FrameSource {
  public:
-  /// Reads flat and bad pixels. @throws Error, also when the instrument lacks sensor.gain_e_per_dn, read_noise_e or saturation_dn
+  /// Reads flat and bad pixels. @throws Error, also when the instrument lacks sensor.gain_e_per_dn, read_noise_e or
+  /// saturation_dn
   explicit FrameSource(const Measurement& measurement);
 
   struct Reduced {
     Counts counts;
     int dark_group;
-    double pooled_dark_noise_dn;   ///< of a single frame; 0 when not measured from darks
+    double pooled_dark_noise_dn;  ///< of a single frame; 0 when not measured from darks
     ExposureRecord record;
   };
   Reduced reduce_exposure(const Exposure& exposure, const std::string& role);

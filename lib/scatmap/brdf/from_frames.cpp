@@ -1,97 +1,67 @@
 #include "scatmap/brdf/from_frames.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
 #include "scatmap/base/parallel_rows.h"
 #include "scatmap/brdf/frame_source.h"
 #include "scatmap/brdf/merge.h"
 #include "scatmap/brdf/pose_uncertainty.h"
+#include "scatmap/brdf/split_causes.h"
 
 namespace scatmap {
 namespace {
+
+constexpr double kVisibleSeam = 2e-3;  // a step between exposures that the user should hear of
 
 struct Reductions {
   std::vector<FrameSource::Reduced> samples;
   std::vector<double> factors;  // map units per DN/s
 };
 
-// A cause with one sensitivity per exposure.
-struct SharedCause {
-  ScaleCause cause;
-  std::vector<double> sensitivity;
-};
-
-// Exposure times of different exposures are different shutter errors; every other name is one object.
-std::vector<SharedCause> causes_by_identity(const std::vector<ScaleBudget>& budgets) {
-  std::vector<SharedCause> out;
-  for (std::size_t e = 0; e < budgets.size(); ++e) {
-    for (ScaleCause cause : budgets[e].causes) {
-      if (budgets.size() > 1 && cause.name == "exposure time of the sample") cause.name = "exposure time of exposure " + std::to_string(e + 1);
-      auto found = std::find_if(out.begin(), out.end(), [&](const SharedCause& s) { return s.cause.name == cause.name; });
-      if (found == out.end()) {
-        out.push_back({cause, std::vector<double>(budgets.size(), 0)});
-        found = out.end() - 1;
-      }
-      found->sensitivity[e] = cause.sensitivity;
-    }
-  }
-  return out;
-}
-
-std::string extension_name(const std::string& cause) {
-  std::string name = "U_";
-  for (const char c : cause) name += std::isalnum(static_cast<unsigned char>(c)) ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : '_';
-  return name;
-}
-
 double share_of(const Merged& merged, std::size_t exposure, std::size_t pixel) {
   return merged.share.empty() ? 1.0 : static_cast<double>(merged.share[exposure][pixel]);
 }
 
-// Causes that act alike on every exposure are scale; the others move each pixel by its exposures' shares.
-void split_causes(const std::vector<ScaleBudget>& budgets, const Merged& merged, const Grid<double>& expected_per_sr, BrdfMap& map) {
-  for (const SharedCause& s : causes_by_identity(budgets)) {
-    const bool common = std::all_of(s.sensitivity.begin(), s.sensitivity.end(), [&](double v) { return v == s.sensitivity.front(); });
-    if (common) {
-      map.scale.causes.push_back(s.cause);
-      continue;
-    }
-    ScaleCause unit = s.cause;
-    unit.sensitivity = 1;
-    StructuredCause out{extension_name(s.cause.name), s.cause.name + ", weighted by exposure", Grid<float>(merged.mask.rows(), merged.mask.columns())};
-    for (std::size_t i = 0; i < expected_per_sr.size(); ++i) {
-      double sensitivity = 0;
-      for (std::size_t e = 0; e < budgets.size(); ++e) sensitivity += share_of(merged, e, i) * s.sensitivity[e];
-      out.sensitivity_per_sr[i] = static_cast<float>(expected_per_sr[i] * sensitivity * unit.standard());
-    }
-    map.structured.push_back(std::move(out));
-  }
+double u_nonlinearity(const Measurement& m) {
+  return m.instrument.sensor.nonlinearity_percent / 100 / std::numbers::sqrt3;
+}
+
+// Share of the sensor's linear range at which an exposure works, per map unit.
+std::vector<double> levels_per_unit(const Measurement& m, const Reductions& r) {
+  const Sensor& s = m.instrument.sensor;
+  std::vector<double> out;
+  for (std::size_t e = 0; e < r.samples.size(); ++e)
+    out.push_back(r.samples[e].counts.exposure_s / r.factors[e] / (*s.saturation_dn - s.bias_dn));
+  return out;
 }
 
 // One unknown curvature: relative deviation grows with the level and reaches nonlinearity_percent at saturation. The
 // signature was measured through the same pixels' curve at its own level.
-void add_nonlinearity(const Measurement& m, const Reductions& r, const Signature& signature, const Merged& merged,
-                      const Grid<double>& expected_per_sr, BrdfMap& map) {
+Grid<float> nonlinearity_change(const Measurement& m, const Reductions& r, const Signature& signature,
+                                const Merged& merged) {
+  const double u = u_nonlinearity(m);
+  if (!(u > 0)) return {};
   const Sensor& s = m.instrument.sensor;
-  if (s.nonlinearity_percent <= 0) return;
-  const double u = s.nonlinearity_percent / 100 / std::numbers::sqrt3, range = *s.saturation_dn - s.bias_dn;
-  const double signature_level = signature.effective_rate * m.signature.exposure_s / range;
-  StructuredCause out{"U_NONLIN", "pixel non-linearity", Grid<float>(merged.mask.rows(), merged.mask.columns())};
-  for (std::size_t i = 0; i < expected_per_sr.size(); ++i) {
+  const double signature_level = signature.effective_rate * m.signature.exposure_s / (*s.saturation_dn - s.bias_dn);
+  const std::vector<double> per_unit = levels_per_unit(m, r);
+  Grid<float> out(merged.mask.rows(), merged.mask.columns());
+  for (std::size_t i = 0; i < out.size(); ++i) {
     double level = 0;
     for (std::size_t e = 0; e < r.samples.size(); ++e) {
       const double share = share_of(merged, e, i);
-      if (share > 0) level += share * std::max(0.0, merged.expected[i]) / r.factors[e] * r.samples[e].counts.exposure_s / range;
+      if (share > 0) level += share * std::max(0.0, merged.expected[i]) * per_unit[e];
     }
-    out.sensitivity_per_sr[i] = static_cast<float>(expected_per_sr[i] * u * (level - signature_level));
+    out[i] = static_cast<float>(u * (level - signature_level));
   }
-  map.structured.push_back(std::move(out));
+  return out;
 }
 
 // Divides by Ω cos theta_s; returns the expected BRDF, for gradients and structured causes.
@@ -110,7 +80,8 @@ Grid<double> apply_geometry(const Merged& merged, BrdfMap& map) {
       if (mask == 0 && !std::isfinite(f)) mask = kNoData;
       map.mask(row, c) = mask;
       map.brdf_per_sr(row, c) = mask == 0 ? f : kNaN;
-      map.u_random_per_sr(row, c) = static_cast<float>(mask == 0 ? std::sqrt(merged.variance(row, c)) / projected : kNaN);
+      map.u_random_per_sr(row, c) =
+          static_cast<float>(mask == 0 ? std::sqrt(merged.variance(row, c)) / projected : kNaN);
       expected(row, c) = mask == 0 ? merged.expected(row, c) / projected : kNaN;
     }
   });
@@ -126,35 +97,83 @@ void note_noise(const FrameSource::Reduced& reduced, const SensorModel& sensor, 
   }
 }
 
-Reductions reduce_all(const Measurement& m, FrameSource& source, const Signature& signature, const Progress& progress, BrdfMap& map) {
+Reductions reduce_all(const Measurement& m, FrameSource& source, const Signature& signature, const Progress& progress,
+                      BrdfMap& map) {
   Reductions out;
   for (std::size_t e = 0; e < m.exposures.size(); ++e) {
-    if (progress) progress("exposure " + std::to_string(e + 1), static_cast<double>(e + 1) / static_cast<double>(m.exposures.size() + 2));
+    if (progress)
+      progress("exposure " + std::to_string(e + 1),
+               static_cast<double>(e + 1) / static_cast<double>(m.exposures.size() + 2));
     out.samples.push_back(source.reduce_exposure(m.exposures[e], "exposure " + std::to_string(e + 1)));
-    out.factors.push_back(std::pow(10, stack_od(m, m.exposures[e]) - stack_od(m, m.signature)) / signature.rate_dn_per_s);
+    out.factors.push_back(std::pow(10, stack_od(m, m.exposures[e]) - stack_od(m, m.signature)) /
+                          signature.rate_dn_per_s);
     map.exposures.push_back(out.samples.back().record);
     note_noise(out.samples.back(), source.sensor(), map);
   }
   return out;
 }
 
-Merged merge_all(const Reductions& r) {
-  std::vector<ScaledCounts> scaled;
-  for (std::size_t e = 0; e < r.samples.size(); ++e) scaled.push_back({&r.samples[e].counts, r.factors[e], r.samples[e].dark_group});
-  return merge(scaled);
+std::vector<ScaledCounts> scaled(const Reductions& r) {
+  std::vector<ScaledCounts> out;
+  for (std::size_t e = 0; e < r.samples.size(); ++e)
+    out.push_back({&r.samples[e].counts, r.factors[e], r.samples[e].dark_group});
+  return out;
 }
 
-// Errors of rooms that know no files, with the file the user has to mend.
-SampleView view_of(const Measurement& m) try {
-  return sample_view(m.instrument, m.pose);
-} catch (const Error& e) {
-  throw with_context(m.file.string() + " with " + m.instrument_file.string(), e);
+std::string percent(double relative) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g %%", 100 * relative);
+  return text;
 }
 
-Signature signature_of(const Measurement& m, const Counts& counts) try {
-  return measure_signature(counts, m.aperture.radius_px);
-} catch (const Error& e) {
-  throw with_context(m.file.string(), e);
+void note_overlap(const OverlapReport& o, BrdfMap& map) {
+  for (std::size_t k = 0; k < o.causes.causes.size(); ++k) {
+    const ScaleCause& c = o.causes.causes[k];
+    const double shift = o.solution.shift[static_cast<Eigen::Index>(k)];
+    // Three standard uncertainties: a filter known only together with others may seem off by their tolerance.
+    const auto i = static_cast<Eigen::Index>(k);
+    if (c.distribution != Distribution::kNormal &&
+        std::abs(shift) > c.worst_case() + 3 * std::sqrt(o.solution.covariance(i, i))) {
+      map.notes.push_back(c.name + " is " + number_text(shift) + " off its stated value, beyond its tolerance of " +
+                          number_text(c.worst_case()));
+    }
+  }
+  for (const OverlapPair& p : o.solution.pairs) {
+    const std::string names = "exposures " + std::to_string(p.a + 1) + " and " + std::to_string(p.b + 1);
+    if (!p.problem.empty()) {
+      map.notes.push_back(names + " are inconsistent and their overlap was not used: " + p.problem);
+    } else if (p.used && std::abs(p.ln_ratio) > kVisibleSeam + 3 * p.u) {
+      map.notes.push_back(names + " leave a step of " + percent(p.ln_ratio));
+    }
+  }
+}
+
+// Measures the exposures' factors from their overlaps and applies them.
+std::optional<OverlapReport> measure_overlap(const Measurement& m, const ExposureCauses& causes, Reductions& r,
+                                             BrdfMap& map) {
+  bool any = false;
+  for (std::size_t k = 0; k < causes.causes.size(); ++k) any = any || !causes.is_common(k);
+  if (r.samples.size() < 2 || !any) return std::nullopt;
+  OverlapReport out{causes, solve_overlap(scaled(r), causes, levels_per_unit(m, r), u_nonlinearity(m))};
+  for (std::size_t e = 0; e < r.factors.size(); ++e) r.factors[e] *= out.solution.factor(causes, e);
+  note_overlap(out, map);
+  return out;
+}
+
+SampleView view_of(const Measurement& m) {
+  try {
+    return sample_view(m.instrument, m.pose);
+  } catch (const Error& e) {
+    throw with_context(m.file.string(), e);
+  }
+}
+
+Signature signature_of(const Measurement& m, const Counts& counts) {
+  try {
+    return measure_signature(counts, m.aperture.radius_px);
+  } catch (const Error& e) {
+    throw with_context(m.file.string(), e);
+  }
 }
 
 // A map without a single number is no result.
@@ -173,7 +192,7 @@ void require_some_good_pixel(const Measurement& m, const BrdfMap& map) {
 
 }  // namespace
 
-BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress) {
+BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, FilterValues filters) {
   BrdfResult out;
   BrdfMap& map = out.map;
   map.instrument = m.instrument;
@@ -188,17 +207,19 @@ BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress) {
     map.exposures.push_back(reduced.record);
     note_noise(reduced, source.sensor(), map);
   }
-  const Reductions reductions = reduce_all(m, source, out.signature, progress, map);
-  if (progress) progress("map", 0.9);
-  const Merged merged = merge_all(reductions);
-  map.angles = angle_map(view, m.instrument.rows, m.instrument.columns);
-  const Grid<double> expected = apply_geometry(merged, map);
-
-  require_some_good_pixel(m, map);
+  Reductions reductions = reduce_all(m, source, out.signature, progress, map);
   const double u_signature = out.signature.u_rate_dn_per_s / out.signature.rate_dn_per_s;
   for (const Exposure& e : m.exposures) out.exposure_scale.push_back(exposure_scale(m, e, u_signature));
-  split_causes(out.exposure_scale, merged, expected, map);
-  add_nonlinearity(m, reductions, out.signature, merged, expected, map);
+  const ExposureCauses causes = causes_by_identity(out.exposure_scale);
+  if (progress) progress("overlap", 0.8);
+  if (filters == FilterValues::kByOverlap) out.overlap = measure_overlap(m, causes, reductions, map);
+  if (progress) progress("map", 0.9);
+  const Merged merged = merge(scaled(reductions));
+  map.angles = angle_map(view, m.instrument.rows, m.instrument.columns);
+  const Grid<double> expected = apply_geometry(merged, map);
+  require_some_good_pixel(m, map);
+  const Grid<float> nonlinearity = nonlinearity_change(m, reductions, out.signature, merged);
+  split_causes(causes, out.overlap ? &out.overlap->solution : nullptr, {merged, expected, nonlinearity}, map);
   if (auto u_pose = pose_uncertainty(m.instrument, m.pose, expected)) map.u_pose_per_sr = std::move(*u_pose);
   return out;
 }

@@ -1,23 +1,40 @@
 #pragma once
+#include <optional>
+
 #include "scatmap/base/progress.h"
 #include "scatmap/brdf/brdf_map.h"
 #include "scatmap/brdf/measurement.h"
+#include "scatmap/brdf/overlap.h"
 #include "scatmap/brdf/signature.h"
 
 namespace scatmap {
+
+/// Which optical densities (and exposure times) several exposures are merged with.
+enum class FilterValues {
+  kByOverlap,  ///< measured from pixels good in two exposures, the stated values as priors
+  kNominal     ///< as stated
+};
+
+/// What the overlaps of several exposures said.
+struct OverlapReport {
+  ExposureCauses causes;
+  OverlapSolution solution;
+};
 
 /// A finished map and what was found on the way.
 struct BrdfResult {
   BrdfMap map;
   Signature signature;
-  std::vector<ScaleBudget> exposure_scale;  ///< one per exposure: its ND stack against the signature's
+  std::vector<ScaleBudget> exposure_scale;  ///< one per exposure, as stated: its ND stack against the signature's
+  std::optional<OverlapReport> overlap;     ///< absent with nominal filters, one exposure, or nothing to measure
 };
 
 /// Reads the frames of a measurement and turns raw counts into BRDF (docs/conventions.md, measurement equation):
 ///   f = [(S − D)/(t T)] / [Σ (S0 − D0)/(t0 T0)] / (Ω cos theta_s).
-/// Several exposures are merged. A cause that acts alike on all exposures goes to the scale; one that does not moves pixels
-/// by their share of the exposure and becomes a structured cause.
+/// Several exposures are merged. A cause that acts alike on all exposures goes to the scale; one that does not moves
+/// pixels by their share of the exposure and becomes a structured cause; with overlap see split_causes.h.
 /// @throws Error for anything wrong with a file, naming it
-BrdfResult brdf_from_frames(const Measurement& measurement, const Progress& progress = {});
+BrdfResult brdf_from_frames(const Measurement& measurement, const Progress& progress = {},
+                            FilterValues filters = FilterValues::kByOverlap);
 
 }  // namespace scatmap

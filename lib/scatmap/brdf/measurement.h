@@ -19,13 +19,13 @@ struct StatedDark {
 
 /// Frames taken one after the other with one exposure time and one stack of filters.
 struct Exposure {
-  std::string where;                           ///< "measurement.toml:12: exposure.0", for messages
+  std::string where;  ///< "measurement.toml:12: exposure.0", for messages
   std::vector<std::filesystem::path> frames;
-  std::vector<std::filesystem::path> darks;    ///< empty when stated_dark is given
+  std::vector<std::filesystem::path> darks;  ///< empty when stated_dark is given
   std::optional<StatedDark> stated_dark;
   double exposure_s = 0;
-  double u_exposure = 0;                       ///< relative standard uncertainty of the exposure time
-  std::vector<std::string> filters;            ///< names, none twice
+  double u_exposure = 0;  ///< relative standard uncertainty of the exposure time, common to the exposure's frames
+  std::vector<std::string> filters;  ///< names, none twice
 };
 
 /// Where to sum the beam in the signature frames; found from the frames when absent.
@@ -43,13 +43,15 @@ struct Measurement {
   std::map<std::string, Filter> filters;
   Exposure signature;
   SignatureAperture aperture;
-  std::vector<Exposure> exposures;             ///< one or more
-  double laser_drift = 0;                      ///< relative half width between signature and sample frames
+  std::vector<Exposure> exposures;  ///< one or more
+  double laser_drift = 0;  ///< relative half width between signature and sample frames, common to all exposures
+  double laser_drift_between_exposures = 0;  ///< relative half width of each exposure on its own
   std::optional<std::filesystem::path> flat;
   std::optional<std::filesystem::path> bad_pixels;
 };
 
-/// Reads and checks a measurement file and its instrument file; frames are not read yet. Paths in it are relative to it.
+/// Reads and checks a measurement file and its instrument file; frames are not read yet. Paths in it are relative to
+/// it.
 /// @throws Error naming file, line and key
 Measurement read_measurement(const std::filesystem::path& path);
 

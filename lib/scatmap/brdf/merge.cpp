@@ -24,8 +24,12 @@ struct Sample {
 Sample sample(const ScaledCounts& e, int row, int column) {
   const Counts& c = *e.counts;
   const double f = e.factor, f2 = f * f;
-  return {c.rate_dn_per_s(row, column) * f, c.frame_floor(row, column) * f2, c.shot(row, column) * f,
-          c.dark_floor(row, column) * f2, e.dark_group, c.mask(row, column) == 0};
+  return {c.rate_dn_per_s(row, column) * f,
+          c.frame_floor(row, column) * f2,
+          c.shot(row, column) * f,
+          c.dark_floor(row, column) * f2,
+          e.dark_group,
+          c.mask(row, column) == 0};
 }
 
 // Noise of a weighted mean as a model of the signal: variance(E) = floor + E·shot, shared darks added as amplitudes.
@@ -101,7 +105,8 @@ Model pass(std::span<const ScaledCounts> exposures, const Grid<double>* expected
 Grid<Mask> merged_mask(std::span<const ScaledCounts> exposures) {
   Grid<Mask> mask = exposures.front().counts->mask;
   for (std::size_t i = 0; i < mask.size(); ++i) {
-    const bool any_good = std::any_of(exposures.begin(), exposures.end(), [&](const ScaledCounts& e) { return e.counts->mask[i] == 0; });
+    const bool any_good =
+        std::any_of(exposures.begin(), exposures.end(), [&](const ScaledCounts& e) { return e.counts->mask[i] == 0; });
     for (const ScaledCounts& e : exposures) mask[i] |= e.counts->mask[i];
     if (any_good) mask[i] = 0;
   }

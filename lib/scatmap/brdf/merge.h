@@ -15,11 +15,11 @@ struct ScaledCounts {
 
 /// All exposures of one pose as one image, in map units.
 struct Merged {
-  Grid<double> value;               ///< NaN where masked
-  Grid<double> expected;            ///< best local estimate (expected_signal), for variances and gradients
-  Grid<float> variance;             ///< at the expected value; independent from pixel to pixel
-  Grid<Mask> mask;                  ///< 0 where at least one exposure is good, else why each is not
-  std::vector<Grid<float>> share;   ///< per exposure: weight of its pixel, summing to 1; one exposure: empty (all 1)
+  Grid<double> value;              ///< NaN where masked
+  Grid<double> expected;           ///< best local estimate (expected_signal), for variances and gradients
+  Grid<float> variance;            ///< at the expected value; independent from pixel to pixel
+  Grid<Mask> mask;                 ///< 0 where at least one exposure is good, else why each is not
+  std::vector<Grid<float>> share;  ///< per exposure: weight of its pixel, summing to 1; one exposure: empty (all 1)
 };
 
 /// Weights are inverse *expected* variances (Poisson and read noise at the merged estimate, twice iterated), never

@@ -55,7 +55,9 @@ void refuse_saturation(const Counts& c) {
     for (int k = 0; k < c.mask.columns(); ++k) {
       const Mask m = c.mask(r, k);
       if ((m & kSaturated) == 0 || (m & (kHot | kBad)) != 0) continue;
-      throw Error({"signature", "is saturated at column " + std::to_string(k) + ", row " + std::to_string(r), {},
+      throw Error({"signature",
+                   "is saturated at column " + std::to_string(k) + ", row " + std::to_string(r),
+                   {},
                    "a shorter exposure or more filters"});
     }
   }
@@ -75,7 +77,8 @@ Circle brightest(const Counts& c) {
     }
   }
   constexpr double kStandsOut = 20;
-  if (!(highest > kStandsOut * noise)) throw Error({"signature", "shows no beam: its brightest spot does not stand out of the noise", {}, {}});
+  if (!(highest > kStandsOut * noise))
+    throw Error({"signature", "shows no beam: its brightest spot does not stand out of the noise", {}, {}});
   return best;
 }
 
@@ -133,7 +136,8 @@ Circle find_aperture(const Counts& c, std::optional<double> radius_px) {
   if (radius_px) circle.radius = *radius_px;
   for (int i = 0; i < 60; ++i) {
     const Circle next = moments(c, circle, background(c, circle).level);
-    const double change = std::abs(next.radius - circle.radius) + std::hypot(next.column - circle.column, next.row - circle.row);
+    const double change =
+        std::abs(next.radius - circle.radius) + std::hypot(next.column - circle.column, next.row - circle.row);
     // Grown by at most a half at a time, so that a neighbour spot is not swallowed before the beam has been measured.
     circle = {next.column, next.row, radius_px ? *radius_px : std::min(next.radius, 1.5 * circle.radius)};
     if (change < 0.01) break;
@@ -148,7 +152,8 @@ Signature measure_signature(const Counts& c, std::optional<double> radius_px) {
   const Circle circle = find_aperture(c, radius_px);
   if (!(circle.column - circle.radius >= 0 && circle.column + circle.radius <= c.mask.columns() - 1 &&
         circle.row - circle.radius >= 0 && circle.row + circle.radius <= c.mask.rows() - 1)) {
-    throw Error({"signature", "its beam is cut off by the frame's edge", "an aperture of radius " + number_text(std::round(circle.radius)) + " px",
+    throw Error({"signature", "its beam is cut off by the frame's edge",
+                 "an aperture of radius " + number_text(std::round(circle.radius)) + " px",
                  "the whole beam on the detector"});
   }
   const Ring ring = background(c, circle);
@@ -159,7 +164,8 @@ Signature measure_signature(const Counts& c, std::optional<double> radius_px) {
     if (!good(c, r, k)) {
       const auto mean = local_mean(c, r, k, false);
       if (!mean) throw Error({"signature", "has a cluster of bad pixels inside the beam", {}, {}});
-      variance += (*mean - ring.level) * (*mean - ring.level) / 16;  // a neighbour mean is good to a quarter of the value
+      variance +=
+          (*mean - ring.level) * (*mean - ring.level) / 16;  // a neighbour mean is good to a quarter of the value
       rate = *mean;
       ++out.replaced_pixels;
     }
@@ -172,7 +178,8 @@ Signature measure_signature(const Counts& c, std::optional<double> radius_px) {
   variance += pixels * pixels * ring.u_level * ring.u_level;
   out.u_rate_dn_per_s = std::sqrt(variance);
   out.effective_rate = square / out.rate_dn_per_s;
-  if (!(out.rate_dn_per_s > 0)) throw Error({"signature", "sums to nothing", number_text(out.rate_dn_per_s) + " DN/s", "more than 0"});
+  if (!(out.rate_dn_per_s > 0))
+    throw Error({"signature", "sums to nothing", number_text(out.rate_dn_per_s) + " DN/s", "more than 0"});
   return out;
 }
 

@@ -19,8 +19,8 @@ struct Signature {
 /// Aperture radius in units of the beam's second-moment radius (2σ, ISO 11146): a Gaussian leaves exp(−18) outside.
 inline constexpr double kApertureBeamRadii = 3;
 
-/// Finds the spot, its centroid and second-moment radius (iterated in the aperture), the background in a surrounding ring,
-/// and sums. `radius_px` overrides the aperture.
+/// Finds the spot, its centroid and second-moment radius (iterated in the aperture), the background in a surrounding
+/// ring, and sums. `radius_px` overrides the aperture.
 /// @throws Error if a pixel of the aperture is saturated, no spot stands out of the noise by 20 sigma, or the aperture
 ///         leaves the frame
 Signature measure_signature(const Counts& counts, std::optional<double> radius_px);

@@ -82,8 +82,12 @@ void finish(MasterDark& dark, const Grid<float>& sample_variance, const Grid<flo
   for_each_row(dark.level_dn.rows(), [&](int row) {
     for (int c = 0; c < dark.level_dn.columns(); ++c) {
       const double level = dark.level_dn(row, c), n = count(row, c);
-      // Linear in the level, so that its noise averages out: max(0, …) would inflate every ordinary pixel's variance.
-      const double extra_shot = (level - typical) / sensor.gain_e_per_dn;
+      // Only where the level stands out of its own noise: a variance that followed the dark's fluctuation would
+      // correlate with the net count (dark high, count low, weight low) and bias every weighted sum of faint pixels
+      // upwards.
+      const double excess = level - typical;
+      const bool stands_out = std::abs(excess) > kExtraDarkSigmas * std::sqrt(dark.pooled_variance_dn2 / n);
+      const double extra_shot = stands_out ? excess / sensor.gain_e_per_dn : 0;
       const double variance = std::max(0.5 * dark.pooled_variance_dn2, dark.pooled_variance_dn2 + extra_shot);
       dark.single_variance_dn2(row, c) = static_cast<float>(variance);
       dark.level_variance_dn2(row, c) = static_cast<float>(variance / n);

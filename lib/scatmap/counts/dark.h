@@ -22,6 +22,8 @@ inline constexpr double kHotSigmas = 10;
 inline constexpr double kUnstableVarianceRatio = 16;
 /// A dark value this far from the pixel's median is an outlier (a cosmic hit) and left out; needs three darks.
 inline constexpr double kDarkOutlierSigmas = 6;
+/// A pixel's own dark charge counts in its variance where its level is this many standard deviations of the level off.
+inline constexpr double kExtraDarkSigmas = 3;
 
 /// Combines darks of equal shape and exposure. The expected variance of a pixel is the pooled variance of ordinary
 /// pixels plus the shot noise of its own extra dark charge, not its own scatter: a variance from a handful of values is

@@ -10,6 +10,7 @@ namespace scatmap {
 namespace {
 
 constexpr int kReach = 2;
+constexpr double kStructureSigmas = 2;
 
 struct Sums {
   double value = 0, square = 0, count = 0;
@@ -62,7 +63,9 @@ Grid<double> expected_signal(const Grid<double>& value, const Grid<float>& floor
         }
         const double scatter = (s.square - s.value * mean) / (s.count - 1);
         const double noise = floor(row, c) + std::max(0.0, mean) * shot(row, c);
-        const double structure = std::max(0.0, scatter - noise);
+        // Scatter that chance explains is not structure: else half of all flat pixels would see their own fluctuation.
+        const double by_chance = noise * (1 + kStructureSigmas * std::sqrt(2 / (s.count - 1)));
+        const double structure = std::max(0.0, scatter - by_chance);
         out(row, c) = mean + (structure > 0 ? structure / (structure + noise) : 0) * (v - mean);
       }
     }

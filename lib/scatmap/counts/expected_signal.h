@@ -6,7 +6,8 @@ namespace scatmap {
 
 /// Best local estimate of the signal that a noisy image samples, for use in variances, weights and gradients (never as
 /// the result itself): expected = m + w (value − m), with m and s² mean and variance of the good neighbours in a 5 × 5
-/// window without the pixel itself, and w = τ²/(τ² + v), τ² = max(0, s² − v), v the noise variance at m. In flat noise
+/// window without the pixel itself, and w = τ²/(τ² + v), τ² = max(0, s² − v (1 + 2 sqrt(2/(n − 1)))), v the noise
+/// variance at m and n the neighbours: what chance explains is no structure. In flat noise
 /// the pixel's own value hardly counts, so σ does not follow its fluctuation; on steep bright features w → 1. (J.-S.
 /// Lee, IEEE Trans. PAMI 2, 165 (1980), with the pixel itself left out of the local statistics.)
 ///

@@ -34,18 +34,21 @@ Channel channel(const std::string& name, const Grid<T>& data, double factor = 1)
 }
 
 std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
-void write_channels(Imf::Header& header, const std::vector<Channel>& channels, const std::filesystem::path& target, Overwrite overwrite) {
+void write_channels(Imf::Header& header, const std::vector<Channel>& channels, const std::filesystem::path& target,
+                    Overwrite overwrite) {
   OutputFile out(target, overwrite);
   try {
     Imf::FrameBuffer buffer;
     for (const Channel& c : channels) {
       header.channels().insert(c.name, Imf::Channel(Imf::FLOAT));
       const std::size_t stride = static_cast<std::size_t>(c.data.columns()) * sizeof(float);
-      buffer.insert(c.name, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(const_cast<float*>(c.data.data())), sizeof(float), stride));
+      buffer.insert(c.name, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(const_cast<float*>(c.data.data())),
+                                       sizeof(float), stride));
     }
     Imf::OutputFile file(out.temporary().c_str(), header);
     file.setFrameBuffer(buffer);
@@ -58,15 +61,20 @@ void write_channels(Imf::Header& header, const std::vector<Channel>& channels, c
   out.commit();
 }
 
-void insert_text(Imf::Header& header, const char* name, const std::string& text) { header.insert(name, Imf::StringAttribute(text)); }
-void insert_number(Imf::Header& header, const char* name, double value) { header.insert(name, Imf::DoubleAttribute(value)); }
+void insert_text(Imf::Header& header, const char* name, const std::string& text) {
+  header.insert(name, Imf::StringAttribute(text));
+}
+void insert_number(Imf::Header& header, const char* name, double value) {
+  header.insert(name, Imf::DoubleAttribute(value));
+}
 
 Imf::Header header_for(int rows, int columns, const AngleMap& angles, const Provenance& provenance) {
   Imf::Header header(columns, rows);
   header.compression() = Imf::ZIP_COMPRESSION;
   insert_number(header, "theta_i_deg", angles.theta_i_rad * kDegPerRad);
   insert_number(header, "phi_i_deg", 0);
-  insert_text(header, "angle_convention", "sample axes: z normal, x in-plane forward; phi from -x towards -y, specular at 180 deg");
+  insert_text(header, "angle_convention",
+              "sample axes: z normal, x in-plane forward; phi from -x towards -y, specular at 180 deg");
   insert_text(header, "creator", provenance.written_by);
   insert_text(header, "command_line", provenance.command_line);
   std::string inputs;
@@ -108,7 +116,8 @@ void write_map_exr(const BrdfMap& map, const std::filesystem::path& target, Over
   write_channels(header, channels, target, overwrite);
 }
 
-void write_angles_exr(const AngleMap& angles, const Provenance& provenance, const std::filesystem::path& target, Overwrite overwrite) {
+void write_angles_exr(const AngleMap& angles, const Provenance& provenance, const std::filesystem::path& target,
+                      Overwrite overwrite) {
   std::vector<Channel> channels{channel("Y", angles.theta_s_rad, kDegPerRad), channel("mask", angles.mask)};
   add_angles(channels, angles);
   Imf::Header header = header_for(angles.mask.rows(), angles.mask.columns(), angles, provenance);

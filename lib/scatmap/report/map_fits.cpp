@@ -3,6 +3,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "scatmap/angles/angle_uncertainty.h"
 #include "scatmap/angles/tan_wcs.h"
 #include "scatmap/base/units.h"
 #include "scatmap/report/fits_file.h"
@@ -71,7 +72,8 @@ void write_mask(FitsWriter& fits, const Grid<Mask>& mask, const TanWcs& wcs) {
   for (const MaskFlag& flag : kMaskFlags) {
     int bit = 0;
     while ((flag.bit >> bit) != 1) ++bit;
-    fits.key("FLAG" + std::to_string(bit), std::string(flag.name), std::string("bit ") + std::to_string(flag.bit) + ": " + flag.meaning);
+    fits.key("FLAG" + std::to_string(bit), std::string(flag.name),
+             std::string("bit ") + std::to_string(flag.bit) + ": " + flag.meaning);
   }
   write_wcs(fits, wcs);
 }
@@ -95,6 +97,10 @@ void write_parts(FitsWriter& fits, const BrdfMap& map) {
     fits.image(s.name, "sr-1", s.sensitivity_per_sr);
     fits.key("ERRCORR", std::string("structured"), "signed change at +1 sigma of one cause");
     fits.key("CAUSE", s.meaning, "");
+    fits.key("DISTRIB", std::string(to_string(s.cause.distribution)), "of the cause");
+    fits.key("HALFWID", s.cause.half_width, "of the cause, in its unit; normal: 1 sigma");
+    fits.key("HALFWIDB", s.cause.half_width_below, "asymmetric only: downwards");
+    fits.key("ISFILTER", s.cause.is_filter ? 1 : 0, "1: an ND filter, half width in OD");
   }
 }
 
@@ -104,9 +110,24 @@ void write_angle_images(FitsWriter& fits, const AngleMap& angles, bool theta_don
   fits.image("SOLID_ANGLE_SR", "sr", angles.solid_angle_sr, FitsPixels::kDouble);
 }
 
+// From the calibration, where the instrument has one.
+void write_angle_uncertainty(FitsWriter& fits, const Instrument& instrument, const Pose& pose, const Grid<Mask>& mask) {
+  const auto u = angle_uncertainty(instrument, pose, mask);
+  if (!u) return;
+  const auto degrees = [](Grid<float> rad) {
+    for (float& v : rad) v = static_cast<float>(v * kDegPerRad);
+    return rad;
+  };
+  fits.image("SIGMA_THETA_S_DEG", "deg", degrees(u->theta_s_rad));
+  fits.image("SIGMA_PHI_S_DEG", "deg", degrees(u->phi_s_rad));
+  fits.image("CORR_THETA_PHI", "", u->correlation);
+  fits.image("SIGMA_DIRECTION_PX", "pixel", u->direction_px);
+}
+
 void write_common(FitsWriter& fits, const ScaleBudget& scale) {
-  std::vector<FitsColumn> columns{{"CAUSE", "", {}, {}}, {"DISTRIBUTION", "", {}, {}}, {"HALF_WIDTH", "", {}, {}},
-                                  {"SENSITIVITY", "", {}, {}}, {"U_LN", "", {}, {}}, {"IS_FILTER", "", {}, {}}};
+  std::vector<FitsColumn> columns{
+      {"CAUSE", "", {}, {}}, {"DISTRIBUTION", "", {}, {}}, {"HALF_WIDTH", "", {}, {}},      {"SENSITIVITY", "", {}, {}},
+      {"U_LN", "", {}, {}},  {"IS_FILTER", "", {}, {}},    {"HALF_WIDTH_BELOW", "", {}, {}}};
   for (const ScaleCause& c : scale.causes) {
     columns[0].text.push_back(c.name);
     columns[1].text.push_back(to_string(c.distribution));
@@ -114,8 +135,24 @@ void write_common(FitsWriter& fits, const ScaleBudget& scale) {
     columns[3].numbers.push_back(c.sensitivity);
     columns[4].numbers.push_back(c.standard());
     columns[5].numbers.push_back(c.is_filter ? 1 : 0);
+    columns[6].numbers.push_back(c.half_width_below);
   }
   fits.table("COMMON", columns);
+}
+
+// Pairs of rows of COMMON (first = 1) whose causes are not independent.
+void write_correlation(FitsWriter& fits, const ScaleBudget& scale) {
+  std::vector<FitsColumn> columns{{"CAUSE_A", "", {}, {}}, {"CAUSE_B", "", {}, {}}, {"CORRELATION", "", {}, {}}};
+  for (std::size_t a = 0; a < scale.causes.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      const double rho = scale.correlation_of(a, b);
+      if (rho == 0) continue;
+      columns[0].numbers.push_back(static_cast<double>(b + 1));
+      columns[1].numbers.push_back(static_cast<double>(a + 1));
+      columns[2].numbers.push_back(rho);
+    }
+  }
+  if (!columns[0].numbers.empty()) fits.table("COMMON_CORRELATION", columns);
 }
 
 std::string joined(const std::vector<std::string>& names) {
@@ -125,9 +162,10 @@ std::string joined(const std::vector<std::string>& names) {
 }
 
 void write_frames(FitsWriter& fits, const BrdfMap& map) {
-  std::vector<FitsColumn> columns{{"ROLE", "", {}, {}}, {"KIND", "", {}, {}}, {"FILE", "", {}, {}},
+  std::vector<FitsColumn> columns{{"ROLE", "", {}, {}},   {"KIND", "", {}, {}},    {"FILE", "", {}, {}},
                                   {"SHA256", "", {}, {}}, {"FILTERS", "", {}, {}}, {"EXPOSURE_S", "s", {}, {}}};
-  const auto add = [&](const std::string& role, const char* kind, const InputRecord& r, const std::string& filters, double exposure_s) {
+  const auto add = [&](const std::string& role, const char* kind, const InputRecord& r, const std::string& filters,
+                       double exposure_s) {
     columns[0].text.push_back(role);
     columns[1].text.push_back(kind);
     columns[2].text.push_back(r.path);
@@ -164,14 +202,16 @@ void write_map_fits(const BrdfMap& map, const std::filesystem::path& target, Pre
   write_mask(fits, map.mask, wcs);
   write_parts(fits, map);
   write_angle_images(fits, map.angles, false);
+  if (!map.u_random_per_sr.empty()) write_angle_uncertainty(fits, map.instrument, map.pose, map.angles.mask);
   write_common(fits, map.scale);
+  write_correlation(fits, map.scale);
   write_frames(fits, map);
   write_instrument(fits, map.instrument);
   fits.commit();
 }
 
-void write_angles_fits(const AngleMap& angles, const Instrument& instrument, const Pose& pose, const Provenance& provenance,
-                       const std::filesystem::path& target, Overwrite overwrite) {
+void write_angles_fits(const AngleMap& angles, const Instrument& instrument, const Pose& pose,
+                       const Provenance& provenance, const std::filesystem::path& target, Overwrite overwrite) {
   const SampleView view = sample_view(instrument, pose);
   const TanWcs wcs = tan_wcs(view);
   FitsWriter fits(target, overwrite);
@@ -180,6 +220,7 @@ void write_angles_fits(const AngleMap& angles, const Instrument& instrument, con
   write_pose(fits, view, pose, 0);
   write_provenance(fits, provenance);
   write_angle_images(fits, angles, true);
+  write_angle_uncertainty(fits, instrument, pose, angles.mask);
   write_mask(fits, angles.mask, wcs);
   write_instrument(fits, instrument);
   fits.commit();

@@ -7,21 +7,21 @@
 
 namespace scatmap {
 
-/// The BRDF in float32 (relative rounding 6e-8, far below any uncertainty) or in double. Uncertainties are always float32,
-/// angles always double.
+/// The BRDF in float32 (relative rounding 6e-8, far below any uncertainty) or in double. Uncertainties are always
+/// float32, angles always double.
 enum class Precision { kSingle, kDouble };
 
 /// Writes a map as FITS: primary image BRDF (BUNIT sr-1) with the TAN WCS of the scatter angles, UNCERT (UTYPE
-/// StdDevUncertainty: random and structured, scale excluded), MASK (bits in its header), U_RANDOM, U_POSE, one image per
-/// further structured cause, THETA_S_DEG, PHI_S_DEG, SOLID_ANGLE_SR; tables COMMON (scale causes), FRAMES (inputs),
-/// INSTRUMENT (the instrument file, line by line). astropy's CCDData.read(file) finds data, uncertainty and mask.
-/// A modelled map (empty uncertainties) has no UNCERT, U_RANDOM and U_POSE.
-/// Whole or absent. @throws Error
+/// StdDevUncertainty: random and structured, scale excluded), MASK (bits in its header), U_RANDOM, U_POSE, one image
+/// per further structured cause, THETA_S_DEG, PHI_S_DEG, SOLID_ANGLE_SR, with a calibration the SIGMA_… of the angles;
+/// tables COMMON (scale causes), COMMON_CORRELATION (between its rows, only where there is any), FRAMES (inputs),
+/// INSTRUMENT (the instrument file, line by line). astropy's CCDData.read(file) finds data, uncertainty and mask. A
+/// modelled map (empty uncertainties) has no UNCERT, U_RANDOM and U_POSE. Whole or absent. @throws Error
 void write_map_fits(const BrdfMap& map, const std::filesystem::path& target, Precision precision, Overwrite overwrite);
 
 /// Writes angle images, THETA_S_DEG as primary, then PHI_S_DEG, SOLID_ANGLE_SR, MASK, INSTRUMENT; all double.
-void write_angles_fits(const AngleMap& angles, const Instrument& instrument, const Pose& pose, const Provenance& provenance,
-                       const std::filesystem::path& target, Overwrite overwrite);
+void write_angles_fits(const AngleMap& angles, const Instrument& instrument, const Pose& pose,
+                       const Provenance& provenance, const std::filesystem::path& target, Overwrite overwrite);
 
 /// Writes a comparison's images: RESIDUAL, (measured − modelled)/u, as primary where there is one, and LOG10_RATIO.
 void write_residual_fits(const Comparison& comparison, const BrdfMap& like, const Provenance& provenance,

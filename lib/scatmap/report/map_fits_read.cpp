@@ -17,14 +17,16 @@ double required_key(FitsReader& fits, const std::string& file, const std::string
 MapView read_view(FitsReader& fits, const std::string& file) {
   const std::string primary = fits.names().empty() ? "" : fits.names().front();
   if ((primary != "BRDF" && primary != "THETA_S_DEG") || !fits.has("INSTRUMENT")) {
-    throw Error({file, "is no map of scatmap", "a primary image named '" + primary + "'", "BRDF, and a table INSTRUMENT"});
+    throw Error(
+        {file, "is no map of scatmap", "a primary image named '" + primary + "'", "BRDF, and a table INSTRUMENT"});
   }
   std::string text;
   for (const std::string& line : fits.text_column("INSTRUMENT", "TOML")) text += line + "\n";
   MapView view{parse_instrument(text, file + "[INSTRUMENT]"), {}, 0};
   view.pose = {required_key(fits, file, primary, "STAGERAD"), required_key(fits, file, primary, "ARMRAD")};
   view.wavelength_m = fits.number_key(primary, "WAVELEN").value_or(0) * kMetrePerNm;
-  if (primary == "BRDF" && !(view.wavelength_m > 0)) throw Error({file + ": WAVELEN", "is no wavelength", {}, "a number > 0, nm"});
+  if (primary == "BRDF" && !(view.wavelength_m > 0))
+    throw Error({file + ": WAVELEN", "is no wavelength", {}, "a number > 0, nm"});
   try {
     sample_view(view.instrument, view.pose);
   } catch (const Error& e) {
@@ -33,22 +35,50 @@ MapView read_view(FitsReader& fits, const std::string& file) {
   return view;
 }
 
+Eigen::MatrixXd read_correlation(FitsReader& fits, std::size_t causes) {
+  const auto size = static_cast<Eigen::Index>(causes);
+  Eigen::MatrixXd out = Eigen::MatrixXd::Identity(size, size);
+  const auto first = fits.number_column("COMMON_CORRELATION", "CAUSE_A"),
+             second = fits.number_column("COMMON_CORRELATION", "CAUSE_B");
+  const auto rho = fits.number_column("COMMON_CORRELATION", "CORRELATION");
+  for (std::size_t i = 0; i < rho.size(); ++i) {
+    const auto a = static_cast<Eigen::Index>(first[i]) - 1, b = static_cast<Eigen::Index>(second[i]) - 1;
+    if (a >= 0 && b >= 0 && a < size && b < size) out(a, b) = out(b, a) = rho[i];
+  }
+  return out;
+}
+
 ScaleBudget read_scale(FitsReader& fits) {
   ScaleBudget out;
   const auto names = fits.text_column("COMMON", "CAUSE"), distributions = fits.text_column("COMMON", "DISTRIBUTION");
   if (names.empty()) return out;
-  const auto half_widths = fits.number_column("COMMON", "HALF_WIDTH"), sensitivities = fits.number_column("COMMON", "SENSITIVITY");
-  const auto is_filter = fits.number_column("COMMON", "IS_FILTER");
+  const auto half_widths = fits.number_column("COMMON", "HALF_WIDTH"),
+             sensitivities = fits.number_column("COMMON", "SENSITIVITY");
+  const auto is_filter = fits.number_column("COMMON", "IS_FILTER"),
+             below = fits.number_column("COMMON", "HALF_WIDTH_BELOW");
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const Distribution d = distributions[i] == to_string(Distribution::kNormal) ? Distribution::kNormal : Distribution::kRectangular;
-    out.causes.push_back({names[i], d, half_widths[i], sensitivities[i], is_filter[i] != 0});
+    out.causes.push_back(
+        {names[i], distribution_from(distributions[i]), half_widths[i], sensitivities[i], is_filter[i] != 0, below[i]});
   }
+  if (fits.has("COMMON_CORRELATION")) out.correlation = read_correlation(fits, names.size());
+  return out;
+}
+
+StructuredCause read_structured(FitsReader& fits, const std::string& hdu) {
+  StructuredCause out{hdu, fits.text_key(hdu, "CAUSE").value_or(hdu), fits.image_float(hdu)};
+  out.cause.name = out.meaning;
+  if (const auto distribution = fits.text_key(hdu, "DISTRIB"))
+    out.cause.distribution = distribution_from(*distribution);
+  out.cause.half_width = fits.number_key(hdu, "HALFWID").value_or(1);
+  out.cause.half_width_below = fits.number_key(hdu, "HALFWIDB").value_or(0);
+  out.cause.is_filter = fits.number_key(hdu, "ISFILTER").value_or(0) != 0;
   return out;
 }
 
 void require_shape(const BrdfMap& map, int rows, int columns, const std::string& file, const std::string& hdu) {
   if (rows == map.instrument.rows && columns == map.instrument.columns) return;
-  throw Error({file + ": " + hdu, "has another size than the instrument in the file", std::to_string(columns) + " x " + std::to_string(rows),
+  throw Error({file + ": " + hdu, "has another size than the instrument in the file",
+               std::to_string(columns) + " x " + std::to_string(rows),
                std::to_string(map.instrument.columns) + " x " + std::to_string(map.instrument.rows)});
 }
 
@@ -75,12 +105,13 @@ BrdfMap read_map_fits(const std::filesystem::path& path) {
   if (fits.has("U_POSE")) map.u_pose_per_sr = fits.image_float("U_POSE");
   for (const std::string& name : fits.names()) {
     if (name.rfind("U_", 0) != 0 || name == "U_RANDOM" || name == "U_POSE") continue;
-    map.structured.push_back({name, fits.text_key(name, "CAUSE").value_or(name), fits.image_float(name)});
+    map.structured.push_back(read_structured(fits, name));
   }
   for (const Grid<float>* u : {&map.u_random_per_sr, &map.u_pose_per_sr}) {
     if (!u->empty()) require_shape(map, u->rows(), u->columns(), file, "an uncertainty");
   }
-  for (const StructuredCause& s : map.structured) require_shape(map, s.sensitivity_per_sr.rows(), s.sensitivity_per_sr.columns(), file, s.name);
+  for (const StructuredCause& s : map.structured)
+    require_shape(map, s.sensitivity_per_sr.rows(), s.sensitivity_per_sr.columns(), file, s.name);
   map.scale = read_scale(fits);
   map.angles = angle_map(map.instrument, map.pose);
   return map;

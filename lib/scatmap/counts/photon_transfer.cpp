@@ -1,0 +1,287 @@
+#include "scatmap/counts/photon_transfer.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
+#include "scatmap/counts/dark.h"
+
+namespace scatmap {
+namespace {
+
+constexpr double kGainRange = 0.7;                       // EMVA 1288, 6.6: of saturation
+constexpr double kLinearLow = 0.05, kLinearHigh = 0.95;  // 6.7
+constexpr double kQuantisation = 1.0 / 12;
+constexpr double kOutlierSigmas = 6;
+
+struct Temporal {
+  double mean = 0, variance = 0, values = 0;  // values: independent differences behind the variance
+};
+
+// Pairs of successive frames: the spatial pattern cancels in the difference, its mean is drift of the light.
+Temporal temporal(std::span<const Frame> frames) {
+  Temporal out;
+  for (const Frame& f : frames) {
+    double sum = 0;
+    for (const float v : f.dn) sum += v;
+    out.mean += sum / static_cast<double>(f.dn.size()) / static_cast<double>(frames.size());
+  }
+  double pairs = 0;
+  for (std::size_t k = 0; k + 1 < frames.size(); k += 2) {
+    const Grid<float>&a = frames[k].dn, &b = frames[k + 1].dn;
+    double sum = 0, square = 0;
+    const double n = static_cast<double>(a.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      const double d = static_cast<double>(a[i]) - b[i];
+      sum += d;
+      square += d * d;
+    }
+    out.variance += (square - sum * sum / n) / (n - 1) / 2;
+    out.values += n - 1;
+    pairs += 1;
+  }
+  out.variance /= pairs;
+  return out;
+}
+
+double u_variance(const Temporal& t) { return t.variance * std::sqrt(2 / t.values); }
+
+void check(std::span<const TransferLevel> levels) {
+  for (const TransferLevel& l : levels) {
+    const std::string at = number_text(l.exposure_s) + " s";
+    if (l.flats.size() < 2) throw Error({"flats", "fewer than two of one exposure time", at, "pairs of flats"});
+    if (l.darks.size() < 2)
+      throw Error(
+          {"darks", "fewer than two of one exposure time", at, "pairs of darks at every exposure time of the flats"});
+    for (const Frame& f : l.flats) require_same_shape(levels.front().flats.front(), f);
+    for (const Frame& f : l.darks) require_same_shape(levels.front().flats.front(), f);
+  }
+  if (levels.size() < 2)
+    throw Error(
+        {"flats", "fewer than two exposure times", std::to_string(levels.size()), "several, from dark to saturation"});
+}
+
+// Straight line y = a + b x, weights 1/u².
+struct Line {
+  Estimate intercept, slope;
+  double chi_squared = 0;  // per degree of freedom; 0 without any
+};
+
+Line fit_line(std::span<const double> x, std::span<const double> y, std::span<const double> u) {
+  double s = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double w = 1 / (u[i] * u[i]);
+    s += w;
+    sx += w * x[i];
+    sy += w * y[i];
+    sxx += w * x[i] * x[i];
+    sxy += w * x[i] * y[i];
+  }
+  const double determinant = s * sxx - sx * sx;
+  Line out;
+  out.slope = {(s * sxy - sx * sy) / determinant, std::sqrt(s / determinant)};
+  out.intercept = {(sxx * sy - sx * sxy) / determinant, std::sqrt(sxx / determinant)};
+  double chi = 0;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    chi += std::pow((y[i] - out.intercept.value - out.slope.value * x[i]) / u[i], 2);
+  if (x.size() > 2) out.chi_squared = chi / static_cast<double>(x.size() - 2);
+  return out;
+}
+
+// The largest variance that is followed by a smaller one.
+std::optional<double> saturation_of(const std::vector<TransferPoint>& points) {
+  const auto top = std::max_element(points.begin(), points.end(),
+                                    [](const auto& a, const auto& b) { return a.variance_dn2 < b.variance_dn2; });
+  if (top + 1 == points.end()) return std::nullopt;
+  return top->mean_dn;
+}
+
+// EMVA 1288, 6.6: through the origin.
+void fit_gain(PhotonTransfer& out, double saturation_dn) {
+  double xx = 0, xy = 0, count = 0;
+  for (TransferPoint& p : out.points) {
+    const double x = p.mean_dn - p.dark_mean_dn, y = p.variance_dn2 - p.dark_variance_dn2;
+    p.used = x > 0 && p.mean_dn <= p.dark_mean_dn + kGainRange * (saturation_dn - p.dark_mean_dn);
+    if (!p.used) continue;
+    const double w = 1 / (p.u_variance_dn2 * p.u_variance_dn2);
+    xx += w * x * x;
+    xy += w * x * y;
+    count += 1;
+  }
+  if (!(xy > 0))
+    throw Error(
+        {"flats", "their variance does not grow with their mean", {}, "photon noise: uniform light, no saturation"});
+  const double k = xy / xx;
+  double chi = 0;
+  for (const TransferPoint& p : out.points) {
+    if (p.used)
+      chi += std::pow((p.variance_dn2 - p.dark_variance_dn2 - k * (p.mean_dn - p.dark_mean_dn)) / p.u_variance_dn2, 2);
+  }
+  out.chi_squared = count > 1 ? chi / (count - 1) : 0;
+  // A curve that is no straight line makes K as uncertain as its scatter says.
+  out.gain_dn_per_e = {k, std::sqrt(std::max(1.0, out.chi_squared) / xx)};
+}
+
+void fit_dark(PhotonTransfer& out, const Temporal& shortest, double pixels) {
+  const double k = out.gain_dn_per_e.value, relative_k = out.gain_dn_per_e.u / k;
+  const double variance = std::max(0.0, shortest.variance - kQuantisation);
+  const double sigma = std::sqrt(variance) / k;
+  out.dark_noise_e = {sigma, std::hypot(sigma * relative_k, sigma > 0 ? u_variance(shortest) / (2 * sigma * k * k)
+                                                                      : std::sqrt(kQuantisation) / k)};
+  std::vector<double> t, mean, u;
+  for (const TransferPoint& p : out.points) {
+    t.push_back(p.exposure_s);
+    mean.push_back(p.dark_mean_dn);
+    u.push_back(std::sqrt(p.dark_variance_dn2 / pixels));
+  }
+  out.bias_dn = {mean.front(), u.front()};
+  if (t.size() < 3) return;
+  const Line line = fit_line(t, mean, u);
+  const double scatter =
+      std::sqrt(std::max(1.0, line.chi_squared));  // clocks and temperature move the bias more than noise does
+  out.bias_dn = {line.intercept.value, line.intercept.u * scatter};
+  out.dark_current_e_per_s = {line.slope.value / k,
+                              std::hypot(line.slope.u * scatter / k, line.slope.value / k * relative_k)};
+}
+
+Grid<double> mean_frame(std::span<const Frame> frames) {
+  Grid<double> out(frames.front().dn.rows(), frames.front().dn.columns(), 0.0);
+  for (const Frame& f : frames) {
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] += f.dn[i] / static_cast<double>(frames.size());
+  }
+  return out;
+}
+
+double median_of(std::vector<double> v) {
+  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  return *middle;
+}
+
+// Which values stand within kOutlierSigmas robust standard deviations.
+std::vector<bool> ordinary(const Grid<double>& g) {
+  std::vector<double> values(g.begin(), g.end());
+  const double median = median_of(values);
+  for (double& v : values) v = std::abs(v - median);
+  const double limit = kOutlierSigmas * 1.4826 * median_of(values);
+  std::vector<bool> out(g.size());
+  for (std::size_t i = 0; i < g.size(); ++i) out[i] = std::abs(g[i] - median) <= limit;
+  return out;
+}
+
+// Removes the least-squares quadratic surface: light is never quite uniform.
+void flatten(Grid<double>& g, const std::vector<bool>& use) {
+  using Terms = Eigen::Matrix<double, 6, 1>;
+  const auto terms = [&](std::size_t i) {
+    const auto columns = static_cast<std::size_t>(g.columns());
+    const double x = 2.0 * static_cast<double>(i % columns) / g.columns() - 1,
+                 y = 2.0 * static_cast<double>(i / columns) / g.rows() - 1;
+    return Terms(1, x, y, x * x, x * y, y * y);
+  };
+  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+  Terms right = Terms::Zero();
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    if (!use[i]) continue;
+    const Terms t = terms(i);
+    normal += t * t.transpose();
+    right += t * g[i];
+  }
+  const Terms solution = normal.ldlt().solve(right);
+  for (std::size_t i = 0; i < g.size(); ++i) g[i] -= solution.dot(terms(i));
+}
+
+// Spatial variance without the temporal noise that is left in a mean of `frames`; u from the number of pixels.
+Estimate spatial_variance(const Grid<double>& g, const std::vector<bool>& use, double temporal_variance,
+                          double frames) {
+  double sum = 0, square = 0, n = 0;
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    if (!use[i]) continue;
+    sum += g[i];
+    square += g[i] * g[i];
+    n += 1;
+  }
+  const double variance = (square - sum * sum / n) / (n - 1);
+  // The temporal variance comes from differences, independent of the mean.
+  return {variance - temporal_variance / frames, std::hypot(variance, temporal_variance / frames) * std::sqrt(2 / n)};
+}
+
+Estimate root(const Estimate& variance) {
+  const double sd = std::sqrt(std::max(0.0, variance.value));
+  return {sd, sd * sd > variance.u ? variance.u / (2 * sd) : std::sqrt(variance.u)};
+}
+
+void non_uniformity(PhotonTransfer& out, std::span<const TransferLevel> levels, double saturation_dn) {
+  const double k = out.gain_dn_per_e.value;
+  const Grid<double> dark = mean_frame(levels.front().darks);
+  const Estimate dark_variance = spatial_variance(dark, ordinary(dark), out.points.front().dark_variance_dn2,
+                                                  static_cast<double>(levels.front().darks.size()));
+  const Estimate dsnu = root(dark_variance);
+  out.dsnu_e = {dsnu.value / k, dsnu.u / k};
+  std::size_t half = 0;
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const auto off = [&](std::size_t j) {
+      return std::abs(out.points[j].mean_dn - 0.5 * (saturation_dn + out.points[j].dark_mean_dn));
+    };
+    if (off(i) < off(half)) half = i;
+  }
+  Grid<double> flat = mean_frame(levels[half].flats);
+  const std::vector<bool> use = ordinary(flat);
+  flatten(flat, use);
+  const Estimate flat_variance =
+      spatial_variance(flat, use, out.points[half].variance_dn2, static_cast<double>(levels[half].flats.size()));
+  const double signal = out.points[half].mean_dn - out.points[half].dark_mean_dn;
+  const Estimate prnu = root({flat_variance.value - dark_variance.value, std::hypot(flat_variance.u, dark_variance.u)});
+  out.prnu = {prnu.value / signal, prnu.u / signal};
+}
+
+// EMVA 1288 R3.1, 6.7: signal against exposure, weights 1/signal², so that deviations are relative.
+void linearity(PhotonTransfer& out, double saturation_dn, double pixels) {
+  std::vector<double> t, y, noise;
+  for (const TransferPoint& p : out.points) {
+    const double signal = p.mean_dn - p.dark_mean_dn, range = saturation_dn - p.dark_mean_dn;
+    if (signal < kLinearLow * range || signal > kLinearHigh * range) continue;
+    t.push_back(p.exposure_s);
+    y.push_back(signal);
+    noise.push_back(std::sqrt(p.variance_dn2 / pixels) / signal);
+  }
+  if (t.size() < 3) return;
+  const Line line = fit_line(t, y, y);
+  double sum = 0, largest = 0, noise2 = 0;
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const double deviation = std::abs(y[i] / (line.intercept.value + line.slope.value * t[i]) - 1);
+    sum += deviation;
+    largest = std::max(largest, deviation);
+    noise2 += noise[i] * noise[i];
+  }
+  const double n = static_cast<double>(t.size());
+  out.linearity_error = {sum / n, std::sqrt(noise2) / n};
+  out.largest_deviation = largest;
+}
+
+}  // namespace
+
+PhotonTransfer photon_transfer(std::span<const TransferLevel> given, std::optional<double> stated_saturation_dn) {
+  check(given);
+  std::vector<TransferLevel> levels(given.begin(), given.end());
+  std::sort(levels.begin(), levels.end(), [](const auto& a, const auto& b) { return a.exposure_s < b.exposure_s; });
+  PhotonTransfer out;
+  for (const TransferLevel& l : levels) {
+    const Temporal flat = temporal(l.flats), dark = temporal(l.darks);
+    out.points.push_back({l.exposure_s, flat.mean, flat.variance, dark.mean, dark.variance,
+                          std::hypot(u_variance(flat), u_variance(dark)), false});
+  }
+  out.saturation_dn = saturation_of(out.points);
+  const double saturation = out.saturation_dn.value_or(stated_saturation_dn.value_or(out.points.back().mean_dn));
+  const double pixels = static_cast<double>(levels.front().flats.front().dn.size());
+  fit_gain(out, saturation);
+  fit_dark(out, temporal(levels.front().darks), pixels);
+  non_uniformity(out, levels, saturation);
+  linearity(out, saturation, pixels);
+  return out;
+}
+
+}  // namespace scatmap

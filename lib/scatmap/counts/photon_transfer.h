@@ -1,0 +1,55 @@
+#pragma once
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "scatmap/frame/frame.h"
+
+namespace scatmap {
+
+/// Frames of one exposure time under constant uniform light, and their darks.
+struct TransferLevel {
+  double exposure_s = 0;
+  std::span<const Frame> flats;  ///< two or more
+  std::span<const Frame> darks;  ///< two or more
+};
+
+/// One level's point on the photon-transfer curve. Temporal variances come from differences of pairs of frames.
+struct TransferPoint {
+  double exposure_s = 0;
+  double mean_dn = 0, variance_dn2 = 0;            ///< of the flats
+  double dark_mean_dn = 0, dark_variance_dn2 = 0;  ///< of the darks
+  double u_variance_dn2 = 0;                       ///< of variance − dark variance
+  bool used = false;                               ///< in the fit of the gain
+};
+
+struct Estimate {
+  double value = 0;
+  double u = 0;  ///< standard uncertainty
+};
+
+/// A sensor characterised as EMVA 1288 release 3.1 names its numbers.
+struct PhotonTransfer {
+  std::vector<TransferPoint> points;  ///< ascending exposure
+  Estimate gain_dn_per_e;             ///< K: slope of variance against mean, both above dark, up to 70 % of saturation
+  Estimate dark_noise_e;              ///< sigma_d: temporal, without quantisation, at the shortest exposure
+  std::optional<double> saturation_dn;  ///< mean count at which the variance is largest; absent if it never fell
+  std::optional<Estimate> dark_current_e_per_s;  ///< from three or more exposure times
+  Estimate bias_dn;  ///< mean dark at no exposure (shortest exposure's with fewer than three times)
+  Estimate dsnu_e;   ///< DSNU1288: spatial standard deviation of the dark signal
+  Estimate prnu;     ///< PRNU1288: relative, at the level nearest half of saturation
+  std::optional<Estimate>
+      linearity_error;  ///< LE: mean relative deviation from the straight line, 5 to 95 % of saturation
+  std::optional<double> largest_deviation;  ///< the largest of them
+  double chi_squared = 0;                   ///< per degree of freedom of the gain's fit
+};
+
+/// Characterises a sensor from its frames. The slow variation of the light over the frame (a quadratic surface) is
+/// taken out of PRNU. Spatial numbers leave out pixels further than 6 robust standard deviations from the median.
+/// @param stated_saturation_dn used where the frames do not reach saturation
+/// @throws Error for fewer than two flats or darks at a level, fewer than two usable levels, frames of different
+/// shapes, or a
+///         variance that does not grow with the signal
+PhotonTransfer photon_transfer(std::span<const TransferLevel> levels, std::optional<double> stated_saturation_dn);
+
+}  // namespace scatmap
