@@ -39,16 +39,19 @@ bool asked_for(const std::vector<std::string>& jobs, std::string_view name) {
 nlohmann::json to_json(const Chart& chart) {
   nlohmann::json rows = nlohmann::json::array();
   for (const ChartRow& r : chart.rows) {
-    rows.push_back({{"method", r.method},
-                    {"rival", r.rival},
-                    {"size", r.size},
-                    {"threads", r.threads},
-                    {"ns_min", r.time.minimum_ns},
-                    {"ns_spread", r.time.spread_ns},
-                    {"largest_error", r.largest_error},
-                    {"p99_error", r.p99_error},
-                    {"bound", r.bound ? nlohmann::json(*r.bound) : nlohmann::json()},
-                    {"pareto", on_pareto_front(chart, r)}});
+    rows.push_back(
+        {{"method", r.method},
+         {"rival", r.rival},
+         {"size", r.size},
+         {"threads", r.threads},
+         {"ns_min", r.time.minimum_ns},
+         {"ns_spread", r.time.spread_ns},
+         {"ns_first", r.time.first_ns},
+         {"largest_error", r.largest_error},
+         {"p99_error", r.p99_error},
+         {"largest_error_rad", r.largest_error_rad ? nlohmann::json(*r.largest_error_rad) : nlohmann::json()},
+         {"bound", r.bound ? nlohmann::json(*r.bound) : nlohmann::json()},
+         {"pareto", on_pareto_front(chart, r)}});
   }
   return {{"job", chart.job}, {"error_unit", chart.error_unit}, {"per", chart.item}, {"rows", rows}};
 }
