@@ -36,6 +36,7 @@ struct StabilityCell {
 std::vector<StabilityCell> stability_angles();
 std::vector<StabilityCell> stability_model();
 std::vector<StabilityCell> stability_brdf();
+std::vector<StabilityCell> stability_calibrate();
 
 /// Every method in every regime. Takes about a minute.
 std::vector<StabilityCell> stability_matrix();
