@@ -23,7 +23,7 @@ Measurement paper_case() {
     m.filters[name] = five_percent(name, od);
   }
   m.filters["x4"] = five_percent("x4", std::sqrt(1.4787 - 1.0 - 0.36 - 0.09));
-  m.signature.filters = {"nd40", "x1", "x2", "x3", "x4"};
+  m.signatures.front().filters = {"nd40", "x1", "x2", "x3", "x4"};
   return m;
 }
 
@@ -31,22 +31,22 @@ TEST(Scale, ThePapersTwoCases) {
   Measurement m = paper_case();
   Exposure sample;
   sample.filters = {"nd30", "nd03"};
-  const ScaleBudget none_shared = exposure_scale(m, sample, 0);
+  const ScaleBudget none_shared = exposure_scale(m, sample, {});
   EXPECT_NEAR(100 * none_shared.filters_worst_case(), 59.3, 0.05);
   EXPECT_NEAR(100 * none_shared.filters_standard(), 59.34 / std::sqrt(3.0), 0.05);
   EXPECT_NEAR(100 * none_shared.filters_interval().high, 80.9, 0.15);
   EXPECT_NEAR(100 * none_shared.filters_interval().low, -44.7, 0.1);
   sample.filters = {"nd40"};
-  const ScaleBudget shared = exposure_scale(m, sample, 0);
+  const ScaleBudget shared = exposure_scale(m, sample, {});
   EXPECT_NEAR(100 * shared.filters_worst_case(), 14.0, 0.05);
 }
 
 TEST(Scale, EqualStacksCancelExactly) {
   Measurement m = paper_case();
   Exposure sample;
-  sample.filters = m.signature.filters;
-  EXPECT_EQ(exposure_scale(m, sample, 0).causes.size(), 0u);
-  EXPECT_EQ(exposure_scale(m, sample, 0).standard(), 0);
+  sample.filters = m.signatures.front().filters;
+  EXPECT_EQ(exposure_scale(m, sample, {}).causes.size(), 0u);
+  EXPECT_EQ(exposure_scale(m, sample, {}).standard(), 0);
 }
 
 TEST(Scale, TwoFiltersOfOneDensityAreTwoFilters) {
@@ -54,7 +54,7 @@ TEST(Scale, TwoFiltersOfOneDensityAreTwoFilters) {
   m.filters["other40"] = five_percent("other40", 4.0);
   Exposure sample;
   sample.filters = {"other40", "x1", "x2", "x3", "x4"};
-  EXPECT_NEAR(exposure_scale(m, sample, 0).filters_worst_case(), kLn10 * 0.05 * std::sqrt(32.0), 1e-12);
+  EXPECT_NEAR(exposure_scale(m, sample, {}).filters_worst_case(), kLn10 * 0.05 * std::sqrt(32.0), 1e-12);
 }
 
 TEST(Scale, StandardUncertaintiesAddToTheWorstCaseAsRectangularsOfTheSameSigma) {
@@ -88,7 +88,7 @@ TEST(Scale, StatementsOfAFilter) {
             "[\"a\"]\n",
         Overwrite::kForce);
     const Measurement m = read_measurement(folder / "m.toml");
-    return exposure_scale(m, m.exposures.front(), 0);
+    return exposure_scale(m, m.exposures.front(), {});
   };
   EXPECT_NEAR(read("tolerance_percent = 5").filters_standard(), kLn10 * 0.1 / std::sqrt(3.0), 1e-15);
   EXPECT_NEAR(read("tolerance_od = 0.1\ndistribution = \"triangular\"").filters_standard(),
@@ -104,11 +104,11 @@ TEST(Scale, StatementsOfAFilter) {
 TEST(Scale, LaserTimesAndSignatureCountBesideTheFilters) {
   Measurement m;
   m.laser_drift = 0.03;
-  m.signature.u_exposure = 0.01;
+  m.signatures.front().u_exposure = 0.01;
   Exposure sample;
   sample.u_exposure = 0.02;
-  EXPECT_NEAR(exposure_scale(m, sample, 0.005).standard(), std::sqrt(0.03 * 0.03 / 3 + 1e-4 + 4e-4 + 2.5e-5), 1e-15);
-  EXPECT_EQ(exposure_scale(m, sample, 0.005).filters_worst_case(), 0);
+  EXPECT_NEAR(exposure_scale(m, sample, {0.005}).standard(), std::sqrt(0.03 * 0.03 / 3 + 1e-4 + 4e-4 + 2.5e-5), 1e-15);
+  EXPECT_EQ(exposure_scale(m, sample, {0.005}).filters_worst_case(), 0);
 }
 
 }  // namespace
