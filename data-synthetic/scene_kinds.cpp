@@ -15,7 +15,10 @@ void require_lit_front(const TomlTable& root, const Bench& bench, const BrdfScen
   constexpr long double kGrazing_deg = 89.999L;
   const long double incidence_deg = TruthGeometry(bench, scene.stage_deg, scene.arm_deg).incidence_rad() * 180 / kPi;
   if (incidence_deg <= kGrazing_deg) return;
-  throw Error({root.where("stage_deg"), "leaves the front of the sample out of the beam", {}, "an angle of incidence below 89.999 degrees"});
+  throw Error({root.where("stage_deg"),
+               "leaves the front of the sample out of the beam",
+               {},
+               "an angle of incidence below 89.999 degrees"});
 }
 
 NdFilter read_filter(const TomlTable& t, const std::string& name) {

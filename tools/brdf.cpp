@@ -89,8 +89,8 @@ void print_overlap(const OverlapReport& o) {
   for (const OverlapPair& p : o.solution.pairs) {
     if (!p.used) continue;
     std::printf("%s: %.0f common pixels, step %+.3f %% with a standard uncertainty of %.3f %%\n",
-                pair_name(p, static_cast<std::size_t>(o.causes.sensitivity.rows())).c_str(), p.pixels,
-                100 * p.ln_ratio, 100 * p.u);
+                pair_name(p, static_cast<std::size_t>(o.causes.sensitivity.rows())).c_str(), p.pixels, 100 * p.ln_ratio,
+                100 * p.u);
   }
 }
 

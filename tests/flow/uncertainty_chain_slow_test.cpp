@@ -20,12 +20,13 @@ TEST_P(UncertaintyChainSlow, ClaimsWithinThreePerCentAndThreeStandardErrors) {
     EXPECT_NEAR(claim.claimed_over_observed(), 1, 0.03) << what;
     EXPECT_NEAR(claim.coverage(), 0.95, 3 * std::sqrt(0.95 * 0.05 / claim.n) + 0.002) << what;
   }
-  std::printf("largest scale uncertainty %.4f, largest seam %.5f, notes %.0f\n", r.largest_u_scale, r.largest_seam,
-              r.notes);
+  std::printf("largest scale uncertainty %.4f, largest seam %.5f, ratio %.5f rms, notes %.0f\n", r.largest_u_scale,
+              r.largest_seam, r.rms_ratio_error(), r.notes);
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, UncertaintyChainSlow,
-                         testing::Values(test::ChainCase::kOneExposure, test::ChainCase::kThreeExposures));
+                         testing::Values(test::ChainCase::kOneExposure, test::ChainCase::kThreeExposures,
+                                         test::ChainCase::kPaperSameStack, test::ChainCase::kPaperSignatures));
 
 }  // namespace
 }  // namespace scatmap

@@ -28,8 +28,8 @@ void add_column(ExposureCauses& c) {
 }
 
 Eigen::Index column_of(ExposureCauses& out, ScaleCause cause) {
-  const auto found = std::find_if(out.causes.begin(), out.causes.end(),
-                                  [&](const ScaleCause& c) { return c.name == cause.name; });
+  const auto found =
+      std::find_if(out.causes.begin(), out.causes.end(), [&](const ScaleCause& c) { return c.name == cause.name; });
   const auto column = found - out.causes.begin();
   if (found == out.causes.end()) {
     cause.sensitivity = 1;

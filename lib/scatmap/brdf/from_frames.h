@@ -32,8 +32,9 @@ struct BrdfResult {
 
 /// Reads the frames of a measurement and turns raw counts into BRDF (docs/conventions.md, measurement equation):
 ///   f = [(S − D)/(t T)] / [Σ (S0 − D0)/(t0 T0)] / (Ω cos theta_s).
-/// Several exposures are merged, the sample's and the signature's. A cause that acts alike on all exposures goes to the scale; one that does not moves
-/// pixels by their share of the exposure and becomes a structured cause; with overlap see split_causes.h.
+/// Several exposures are merged, the sample's and the signature's. A cause that acts alike on all exposures goes to the
+/// scale; one that does not moves pixels by their share of the exposure and becomes a structured cause; with overlap
+/// see split_causes.h.
 /// @throws Error for anything wrong with a file, naming it
 BrdfResult brdf_from_frames(const Measurement& measurement, const Progress& progress = {},
                             FilterValues filters = FilterValues::kByOverlap);

@@ -60,8 +60,8 @@ double stack_od(const Measurement& m, const Exposure& e);
 
 /// What the signature rests on.
 struct SignatureUse {
-  double u = 0;                   ///< relative standard uncertainty of the beam's sum: its own noise
-  std::vector<double> share = {}; ///< of each signature exposure in that sum, adding to 1; empty: all on the first
+  double u = 0;                    ///< relative standard uncertainty of the beam's sum: its own noise
+  std::vector<double> share = {};  ///< of each signature exposure in that sum, adding to 1; empty: all on the first
 };
 
 /// Causes of the scale of one sample exposure's map by identity: a filter in its stack and in all signature stacks

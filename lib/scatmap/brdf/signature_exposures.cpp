@@ -9,8 +9,8 @@ namespace {
 // The merged image with its whole variance as a floor: measure_signature only adds variances up.
 Counts as_counts(Merged merged) {
   const int rows = merged.mask.rows(), columns = merged.mask.columns();
-  Counts out{std::move(merged.value), std::move(merged.variance), {rows, columns, 0.0f}, {rows, columns, 0.0f}, {},
-             1.0, 0, 0};
+  Counts out{
+      std::move(merged.value), std::move(merged.variance), {rows, columns, 0.0f}, {rows, columns, 0.0f}, {}, 1.0, 0, 0};
   out.mask = std::move(merged.mask);
   return out;
 }
