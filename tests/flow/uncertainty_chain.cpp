@@ -36,20 +36,31 @@ double total(const PixelSum& s, const Grid<double>& f) {
   return out;
 }
 
-// Pixels against the mean of their four neighbours, where the pose moves little; `ratio` takes the common factor out.
-void add_random(const BrdfMap& map, const Grid<double>& truth, double ratio, Claim& out) {
-  const auto error = [&](int r, int c) { return map.brdf_per_sr(r, c) / ratio - truth(r, c); };
-  for (int r = 1; r + 1 < truth.rows(); r += 3) {
-    for (int c = 1; c + 1 < truth.columns(); c += 3) {
-      if (!map.u_pose_per_sr.empty() && !(map.u_pose_per_sr(r, c) < 0.2f * map.u_random_per_sr(r, c))) continue;
-      double value = error(r, c), variance = std::pow(map.u_random_per_sr(r, c), 2);
-      for (const auto& [dr, dc] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
-        value -= error(r + dr, c + dc) / 4;
-        variance += std::pow(map.u_random_per_sr(r + dr, c + dc), 2) / 16;
-      }
-      const double z = value * ratio / std::sqrt(variance);
-      if (std::isfinite(z)) out.add(z, std::abs(z) < 1.959964);
+// Pixels that the pose moves little, judged by a run of its own: a choice that saw the trial's noise would favour
+// pixels whose noise hides a gradient.
+std::vector<std::pair<int, int>> steady_pixels(const BrdfMap& map) {
+  std::vector<std::pair<int, int>> out;
+  for (int r = 1; r + 1 < map.mask.rows(); r += 3) {
+    for (int c = 1; c + 1 < map.mask.columns(); c += 3) {
+      if (map.u_pose_per_sr.empty() || map.u_pose_per_sr(r, c) < 0.2f * map.u_random_per_sr(r, c))
+        out.emplace_back(r, c);
     }
+  }
+  return out;
+}
+
+// Pixels against the mean of their four neighbours; `ratio` takes the common factor out.
+void add_random(const BrdfMap& map, const Grid<double>& truth, double ratio,
+                const std::vector<std::pair<int, int>>& pixels, Claim& out) {
+  const auto error = [&](int r, int c) { return map.brdf_per_sr(r, c) / ratio - truth(r, c); };
+  for (const auto& [r, c] : pixels) {
+    double value = error(r, c), variance = std::pow(map.u_random_per_sr(r, c), 2);
+    for (const auto& [dr, dc] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+      value -= error(r + dr, c + dc) / 4;
+      variance += std::pow(map.u_random_per_sr(r + dr, c + dc), 2) / 16;
+    }
+    const double z = value * ratio / std::sqrt(variance);
+    if (std::isfinite(z)) out.add(z, std::abs(z) < 1.959964);
   }
 }
 
@@ -64,13 +75,19 @@ void add_factor(const BrdfMap& map, const MapUncertainty& u, const PixelSum& sum
   out.add((factor - exact.mean) / exact.sd, factor >= mc.symmetric.low && factor <= mc.symmetric.high);
 }
 
-void add_trial(ChainCase which, const BrdfResult& r, const Grid<double>& truth, ChainResult& out) {
+struct Truth {
+  Grid<double> brdf_per_sr;
+  std::vector<std::pair<int, int>> steady;
+};
+
+void add_trial(ChainCase which, const BrdfResult& r, const Truth& known, ChainResult& out) {
+  const Grid<double>& truth = known.brdf_per_sr;
   const BrdfMap& map = r.map;
   const MapUncertainty u(map);
   const ChainRegions regions = chain_regions(which);
   const PixelSum lobe = power_in(map, regions.lobe), faint = mean_over(map, regions.faint);
   const PixelSum left = mean_over(map, regions.left), right = mean_over(map, regions.right);
-  add_random(map, truth, total(lobe, map.brdf_per_sr) / total(lobe, truth), out.random);
+  add_random(map, truth, total(lobe, map.brdf_per_sr) / total(lobe, truth), known.steady, out.random);
   add_factor(map, u, lobe, truth, out.scale);
   add_factor(map, u, faint, truth, out.region);
   const Ratio ratio = ratio_of(u, left, right);
@@ -110,16 +127,20 @@ double ChainResult::rms_ratio_error() const { return std::sqrt(ratio_square / tr
 
 ChainResult uncertainty_chain(ChainCase which, int trials, unsigned first_seed) {
   const Folder folder;
+  const auto measured = [&] {
+    Measurement m = read_measurement(folder.path / "data" / "measurement.toml");
+    m.instrument.calibration = chain_calibration(which);
+    return brdf_from_frames(m);
+  };
   simulate(folder.path, which, {}, 1);
-  const Grid<double> truth = FitsReader(folder.path / "data" / "truth" / "brdf.fits").image_double("TRUTH_BRDF");
+  const Truth truth{FitsReader(folder.path / "data" / "truth" / "brdf.fits").image_double("TRUTH_BRDF"),
+                    steady_pixels(measured().map)};
   ChainResult out;
   for (int t = 0; t < trials; ++t) {
     const unsigned seed = first_seed + static_cast<unsigned>(t);
     std::mt19937_64 rng(seed);
     simulate(folder.path, which, chain_draw(which, rng), seed);
-    Measurement m = read_measurement(folder.path / "data" / "measurement.toml");
-    m.instrument.calibration = chain_calibration(which);
-    add_trial(which, brdf_from_frames(m), truth, out);
+    add_trial(which, measured(), truth, out);
   }
   return out;
 }
