@@ -21,7 +21,8 @@ struct ChartSettings {
 /// Time per item of many runs.
 struct Timing {
   double minimum_ns = std::numeric_limits<double>::quiet_NaN();
-  double spread_ns = 0;  ///< from the minimum to the 90th percentile
+  double spread_ns = 0;                                        ///< from the minimum to the 90th percentile
+  double first_ns = std::numeric_limits<double>::quiet_NaN();  ///< of the first run: fresh memory, cold caches
 };
 
 /// One method measured at one size.

@@ -66,13 +66,14 @@ std::string chart_text(const Chart& chart) {
   std::string out = chart.title + "\n" + chart.error_name + unit + " against " + chart.reference + "; time in ns per " +
                     chart.item + "\n";
   out += padded("method", 34) + padded("size", 14) + padded("threads", 8) + padded("ns min", 10) +
-         padded("spread", 10) + padded("largest", 10) + padded("99 %", 10) + padded("rad", 10) + padded("bound", 10) +
-         "worst at\n";
+         padded("spread", 10) + padded("first", 10) + padded("largest", 10) + padded("99 %", 10) + padded("rad", 10) +
+         padded("bound", 10) + "worst at\n";
   for (const ChartRow& row : chart.rows) {
     out += padded((on_pareto_front(chart, row) ? "* " : "  ") + row.method + (row.rival ? " (rival)" : ""), 34) +
            padded(row.size, 14) + padded(std::to_string(row.threads), 8) +
            padded(short_number(row.time.minimum_ns), 10) + padded(short_number(row.time.spread_ns), 10) +
-           padded(short_number(row.largest_error), 10) + padded(short_number(row.p99_error), 10) +
+           padded(short_number(row.time.first_ns), 10) + padded(short_number(row.largest_error), 10) +
+           padded(short_number(row.p99_error), 10) +
            padded(row.largest_error_rad ? short_number(*row.largest_error_rad) : "-", 10) +
            padded(row.bound ? short_number(*row.bound) : "-", 10) + row.worst_at;
     if (!row.note.empty()) out += (row.worst_at.empty() ? "" : "; ") + row.note;
@@ -85,16 +86,18 @@ std::string chart_text(const Chart& chart) {
 
 std::string chart_csv(const Chart& chart) {
   std::string out =
-      "job,method,rival,size,threads,ns_min,ns_spread,largest_error,p99_error,error_unit,largest_error_rad,bound,"
+      "job,method,rival,size,threads,ns_min,ns_spread,ns_first,largest_error,p99_error,error_unit,largest_error_rad,"
+      "bound,"
       "pareto,worst_at,note,reference,machine\n";
   const auto number = [](double v) { return std::isnan(v) ? std::string() : number_text(v); };
   for (const ChartRow& row : chart.rows) {
     out += chart.job + "," + quoted(row.method) + (row.rival ? ",1," : ",0,") + quoted(row.size) + "," +
            std::to_string(row.threads) + "," + number(row.time.minimum_ns) + "," + number(row.time.spread_ns) + "," +
-           number(row.largest_error) + "," + number(row.p99_error) + "," + quoted(chart.error_unit) + "," +
-           (row.largest_error_rad ? number(*row.largest_error_rad) : "") + "," + (row.bound ? number(*row.bound) : "") +
-           (on_pareto_front(chart, row) ? ",1," : ",0,") + quoted(row.worst_at) + "," + quoted(row.note) + "," +
-           quoted(chart.reference) + "," + quoted(machine_text()) + "\n";
+           number(row.time.first_ns) + "," + number(row.largest_error) + "," + number(row.p99_error) + "," +
+           quoted(chart.error_unit) + "," + (row.largest_error_rad ? number(*row.largest_error_rad) : "") + "," +
+           (row.bound ? number(*row.bound) : "") + (on_pareto_front(chart, row) ? ",1," : ",0,") +
+           quoted(row.worst_at) + "," + quoted(row.note) + "," + quoted(chart.reference) + "," +
+           quoted(machine_text()) + "\n";
   }
   return out;
 }

@@ -11,20 +11,21 @@
 
 namespace scatmap::tools {
 
-/// Runs `work` again and again for about `seconds`, five times at least, after one run that is not counted.
+/// Runs `work` again and again for about `seconds`, five times at least, after a first run that stands apart.
 template <class Work>
 Timing time_per_item(std::size_t items, double seconds, Work&& work) {
   using Clock = std::chrono::steady_clock;
-  work();
-  std::vector<double> ns;
-  const Clock::time_point begin = Clock::now();
-  while (ns.size() < 5 || Clock::now() - begin < std::chrono::duration<double>(seconds)) {
+  const auto once = [&] {
     const Clock::time_point start = Clock::now();
     work();
-    ns.push_back(std::chrono::duration<double, std::nano>(Clock::now() - start).count() / static_cast<double>(items));
-  }
+    return std::chrono::duration<double, std::nano>(Clock::now() - start).count() / static_cast<double>(items);
+  };
+  const double first = once();
+  std::vector<double> ns;
+  const Clock::time_point begin = Clock::now();
+  while (ns.size() < 5 || Clock::now() - begin < std::chrono::duration<double>(seconds)) ns.push_back(once());
   std::sort(ns.begin(), ns.end());
-  return {ns.front(), ns[ns.size() * 9 / 10] - ns.front()};
+  return {ns.front(), ns[ns.size() * 9 / 10] - ns.front(), first};
 }
 
 /// The result of `work` with at most `threads` of oneTBB's threads.
