@@ -6,7 +6,11 @@
 namespace scatmap::test {
 namespace {
 
-constexpr double kTolerance = 0.05, kNonlinear_percent = 0.5;
+constexpr double kTolerance = 0.05;
+// The lab states the non-linearity at its own saturation, the simulator wants it at full scale.
+constexpr double kBias_dn = 300, kFullScale_dn = 65535, kSaturation_dn = 60000, kNonlinear_percent = 0.5,
+                 kNonlinearAtFullScale_percent =
+                     kNonlinear_percent * (kFullScale_dn - kBias_dn) / (kSaturation_dn - kBias_dn);
 
 struct Stack {
   double exposure_s;
@@ -78,9 +82,11 @@ std::string stack_text(const Stack& s, double time_error, double u_time, int fra
 std::string sensor_text(double nonlinear_percent) {
   std::ostringstream out;
   out.precision(17);
-  out << "[sensor]\ngain_e_per_dn = 1.5\nread_noise_e = 8.0\nbias_dn = 300.0\nsaturation_dn = 65535.0\n"
-      << "full_well_e = 120000.0\ndark_e_per_s = 2.0\nnonlinearity_percent = " << nonlinear_percent
-      << "\n[nominal.sensor]\nsaturation_dn = 60000.0\nnonlinearity_percent = " << kNonlinear_percent << "\n";
+  out << "[sensor]\ngain_e_per_dn = 1.5\nread_noise_e = 8.0\nbias_dn = " << kBias_dn
+      << "\nsaturation_dn = " << kFullScale_dn
+      << "\nfull_well_e = 120000.0\ndark_e_per_s = 2.0\nnonlinearity_percent = " << nonlinear_percent
+      << "\n[nominal.sensor]\nsaturation_dn = " << kSaturation_dn << "\nnonlinearity_percent = " << kNonlinear_percent
+      << "\n";
   return out.str();
 }
 
@@ -106,7 +112,7 @@ ChainDraw chain_draw(ChainCase which, std::mt19937_64& rng) {
   for (double& t : d.signature_time_error) t = s.u_time * normal(rng);
   for (double& t : d.time_error) t = s.u_time * normal(rng);
   d.laser = s.laser * within(rng);
-  d.nonlinear_percent = kNonlinear_percent * within(rng);
+  d.nonlinear_percent = kNonlinearAtFullScale_percent * within(rng);
   if (const auto calibration = chain_calibration(which))
     d.pose = calibration->covariance.llt().matrixL() * Eigen::Vector3d(normal(rng), normal(rng), normal(rng));
   return d;
