@@ -113,5 +113,35 @@ TEST(SignatureScene, AFilterOfTheSignatureAloneIsMeasured) {
   EXPECT_LE(std::abs(r.overlap->solution.shift[k] - -0.04), 3 * u);  // the scene's true_od is 0.96
 }
 
+// One exposure of the sample: nothing to compare there, but the beam's exposures measure what parts it from the
+// signature.
+TEST(SignatureScene, MeasuresForASingleSampleExposureToo) {
+  const fs::path folder = fs::temp_directory_path() / ("scatmap-one-" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  std::string text = read_text_file(fs::path(SCATMAP_SOURCE_DIR) / "data-synthetic" / "scenes" / "signature-20-0.toml");
+  const std::size_t second = text.find("[[exposure]]", text.find("[[exposure]]") + 1);
+  text.erase(second, text.find("[[term]]") - second);
+  write_text_file(folder / "scene.toml", text, Overwrite::kForce);
+  synth::simulate(folder / "scene.toml", folder / "data", Overwrite::kForce, {});
+  const Measurement m = read_measurement(folder / "data" / "measurement.toml");
+  const Grid<double> truth = FitsReader(folder / "data" / "truth" / "brdf.fits").image_double("TRUTH_BRDF");
+  const BrdfResult measured = brdf_from_frames(m), stated = brdf_from_frames(m, {}, FilterValues::kNominal);
+  fs::remove_all(folder);
+  ASSERT_EQ(m.exposures.size(), 1u);
+  const auto error = [&](const BrdfResult& r) {
+    double sum = 0, of_truth = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      if (r.map.mask[i] != 0 || !(truth[i] > 100)) continue;
+      sum += r.map.brdf_per_sr[i];
+      of_truth += truth[i];
+    }
+    return sum / of_truth - 1;
+  };
+  EXPECT_LE(measured.map.scale.standard(), 0.005);
+  EXPECT_LE(std::abs(error(measured)), 3 * measured.map.scale.standard());
+  EXPECT_GT(stated.map.scale.standard(), 0.05);
+  EXPECT_GT(std::abs(error(stated)), 0.02);
+}
+
 }  // namespace
 }  // namespace scatmap
