@@ -42,7 +42,7 @@ struct BrdfScene {
   double signature_arm_deg = 180;
   LaserTruth laser;
   std::vector<NdFilter> filters;
-  FrameStack signature;
+  std::vector<FrameStack> signatures;  ///< exposures of the beam, one or more
   std::vector<FrameStack> exposures;
   ModelTruth model;
 };

@@ -15,7 +15,10 @@ void require_lit_front(const TomlTable& root, const Bench& bench, const BrdfScen
   constexpr long double kGrazing_deg = 89.999L;
   const long double incidence_deg = TruthGeometry(bench, scene.stage_deg, scene.arm_deg).incidence_rad() * 180 / kPi;
   if (incidence_deg <= kGrazing_deg) return;
-  throw Error({root.where("stage_deg"), "leaves the front of the sample out of the beam", {}, "an angle of incidence below 89.999 degrees"});
+  throw Error({root.where("stage_deg"),
+               "leaves the front of the sample out of the beam",
+               {},
+               "an angle of incidence below 89.999 degrees"});
 }
 
 NdFilter read_filter(const TomlTable& t, const std::string& name) {
@@ -141,7 +144,8 @@ BrdfScene read_brdf_scene(const TomlTable& root, const Bench& bench, double wave
   const TomlTable filters = table_or_empty(root, "filters");
   for (const std::string& name : filters.table_names()) out.filters.push_back(read_filter(filters.table(name), name));
   const TomlTable signature = root.table("signature");
-  out.signature = read_stack(signature, out.filters);
+  for (const TomlTable& t : signature.tables("exposure")) out.signatures.push_back(read_stack(t, out.filters));
+  if (out.signatures.empty()) out.signatures.push_back(read_stack(signature, out.filters));
   out.signature_arm_deg = signature.number_or("arm_deg", 180, kCommandedDeg);
   for (const TomlTable& t : root.tables("exposure")) out.exposures.push_back(read_stack(t, out.filters));
   if (out.exposures.empty()) throw Error({root.where("exposure"), "is missing", {}, "one or more tables [[exposure]]"});

@@ -72,18 +72,21 @@ void write_brdf_dataset(const Scene& scene, const fs::path& folder, const Proven
   const TruthMaps maps = truth_maps(scene.bench, brdf.model, motors);
 
   FrameWriter writer(scene, folder, provenance);
-  const double signature_e = beam_electrons(brdf, brdf.signature, 1);
-  const auto spot_e = gaussian_spot_e(scene.bench, centre, scene.signature_diameter_mm, signature_e);
-  const StackFiles signature =
-      writer.write_stack("signature", spot_e, brdf.signature, brdf.stage_deg, brdf.signature_arm_deg);
-  std::vector<StackFiles> exposures;
+  std::vector<StackFiles> signatures, exposures;
+  for (const FrameStack& stack : brdf.signatures) {
+    const auto spot_e =
+        gaussian_spot_e(scene.bench, centre, scene.signature_diameter_mm, beam_electrons(brdf, stack, 1));
+    const std::string name =
+        brdf.signatures.size() < 2 ? "signature" : "signature" + std::to_string(signatures.size() + 1);
+    signatures.push_back(writer.write_stack(name, spot_e, stack, brdf.stage_deg, brdf.signature_arm_deg));
+  }
   for (const FrameStack& stack : brdf.exposures) {
     const double beam_e = beam_electrons(brdf, stack, 1 + brdf.laser.drift_percent / 100);
     const std::string name = "exposure" + std::to_string(exposures.size() + 1);
     exposures.push_back(writer.write_stack(name, scaled(maps.collected, beam_e), stack, brdf.stage_deg, brdf.arm_deg));
   }
   const std::string comment = provenance_comment(provenance) + "\n";
-  write_text_file(folder / "measurement.toml", comment + measurement_toml(scene, signature, exposures),
+  write_text_file(folder / "measurement.toml", comment + measurement_toml(scene, signatures, exposures),
                   Overwrite::kKeep);
   write_text_file(folder / "model.toml", comment + model_toml(brdf.model), Overwrite::kKeep);
   write_text_file(folder / "truth/pose.toml", comment + pose_toml(motors, signature_motors, centre), Overwrite::kKeep);

@@ -113,7 +113,7 @@ std::string instrument_toml(const Bench& bench, const SensorTruth& sensor) {
   return out + line("nonlinearity_percent", std::fabs(sensor.nonlinearity_percent));
 }
 
-std::string measurement_toml(const Scene& scene, const StackFiles& signature,
+std::string measurement_toml(const Scene& scene, const std::vector<StackFiles>& signatures,
                              const std::vector<StackFiles>& exposures) {
   const BrdfScene& brdf = *scene.brdf;
   std::string out = line("instrument", std::string("instrument.toml")) + line("wavelength_nm", scene.wavelength_nm);
@@ -123,7 +123,11 @@ std::string measurement_toml(const Scene& scene, const StackFiles& signature,
     out += "\n[filters." + key_text(filter.name) + "]\n" + line("od", filter.od) +
            line(filter.tolerance_key, filter.tolerance);
   }
-  out += "\n[signature]\n" + line("arm_deg", brdf.signature_arm_deg) + stack_toml(brdf.signature, signature);
+  out += "\n[signature]\n" + line("arm_deg", brdf.signature_arm_deg);
+  for (std::size_t j = 0; j < signatures.size(); ++j) {
+    if (signatures.size() > 1) out += "\n[[signature.exposure]]\n";
+    out += stack_toml(brdf.signatures[j], signatures[j]);
+  }
   for (std::size_t i = 0; i < exposures.size(); ++i) {
     out += "\n[[exposure]]\n" + stack_toml(brdf.exposures[i], exposures[i]);
   }

@@ -20,7 +20,8 @@ struct StackFiles {
 
 /// The files of design section 4. Directions of the values: instrument and measurement say what the lab believes.
 std::string instrument_toml(const Bench& bench, const SensorTruth& sensor);
-std::string measurement_toml(const Scene& scene, const StackFiles& signature, const std::vector<StackFiles>& exposures);
+std::string measurement_toml(const Scene& scene, const std::vector<StackFiles>& signatures,
+                             const std::vector<StackFiles>& exposures);
 std::string model_toml(const ModelTruth& model);
 
 }  // namespace scatmap::synth

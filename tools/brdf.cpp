@@ -54,7 +54,7 @@ Summary summarise(const BrdfMap& map) {
 nlohmann::json overlap_json(const OverlapReport& o) {
   nlohmann::json out{{"causes", nlohmann::json::array()}, {"pairs", nlohmann::json::array()}};
   for (std::size_t k = 0; k < o.causes.causes.size(); ++k) {
-    if (o.causes.is_common(k)) continue;
+    if (!o.causes.is_measurable(k)) continue;
     const auto i = static_cast<Eigen::Index>(k);
     out["causes"].push_back({{"cause", o.causes.causes[k].name},
                              {"u_stated", o.causes.causes[k].standard()},
@@ -62,7 +62,13 @@ nlohmann::json overlap_json(const OverlapReport& o) {
                              {"u", std::sqrt(o.solution.covariance(i, i))}});
   }
   for (const OverlapPair& p : o.solution.pairs) {
-    nlohmann::json pair{{"exposures", {p.a + 1, p.b + 1}}, {"used", p.used}, {"pixels", p.pixels}};
+    const auto samples = static_cast<std::size_t>(o.causes.sensitivity.rows());
+    const bool beam = p.a >= samples;
+    const std::size_t first = beam ? samples : 0;
+    nlohmann::json pair{{"of", beam ? "signature" : "sample"},
+                        {"exposures", {p.a - first + 1, p.b - first + 1}},
+                        {"used", p.used},
+                        {"pixels", p.pixels}};
     if (p.pixels > 0) {
       pair.update({{"seam", p.ln_ratio}, {"u", p.u}, {"chi_squared_per_pixel", p.chi_squared}});
     }
@@ -75,15 +81,16 @@ nlohmann::json overlap_json(const OverlapReport& o) {
 void print_overlap(const OverlapReport& o) {
   for (std::size_t k = 0; k < o.causes.causes.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    if (o.causes.is_common(k) || !o.causes.causes[k].is_filter) continue;
+    if (!o.causes.is_measurable(k) || !o.causes.causes[k].is_filter) continue;
     std::printf("%s by overlap: %+.5f OD from its stated value, standard uncertainty %.5f (stated %.5f)\n",
                 o.causes.causes[k].name.c_str(), o.solution.shift[i], std::sqrt(o.solution.covariance(i, i)),
                 o.causes.causes[k].standard());
   }
   for (const OverlapPair& p : o.solution.pairs) {
     if (!p.used) continue;
-    std::printf("exposures %zu and %zu: %.0f common pixels, step %+.3f %% with a standard uncertainty of %.3f %%\n",
-                p.a + 1, p.b + 1, p.pixels, 100 * p.ln_ratio, 100 * p.u);
+    std::printf("%s: %.0f common pixels, step %+.3f %% with a standard uncertainty of %.3f %%\n",
+                pair_name(p, static_cast<std::size_t>(o.causes.sensitivity.rows())).c_str(), p.pixels, 100 * p.ln_ratio,
+                100 * p.u);
   }
 }
 
@@ -108,7 +115,8 @@ void print_json(const BrdfResult& r, const Summary& s) {
                       {"column", r.signature.column},
                       {"row", r.signature.row},
                       {"radius_px", r.signature.radius_px},
-                      {"replaced_pixels", r.signature.replaced_pixels}};
+                      {"replaced_pixels", r.signature.replaced_pixels},
+                      {"share", r.signature_share}};
   if (r.overlap) out["overlap"] = overlap_json(*r.overlap);
   out["notes"] = r.map.notes;
   std::printf("%s\n", out.dump(2).c_str());

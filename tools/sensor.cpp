@@ -53,8 +53,8 @@ Instrument with_sensor(Instrument instrument, const PhotonTransfer& p) {
   s.read_noise_e = p.dark_noise_e.value;
   s.bias_dn = p.bias_dn.value;
   if (p.saturation_dn) s.saturation_dn = *p.saturation_dn;
-  if (p.largest_deviation) s.nonlinearity_percent = 100 * *p.largest_deviation;
-  s.linearity.clear();
+  s.linearity = p.linearity;
+  if (p.nonlinearity_left) s.nonlinearity_percent = 100 * *p.nonlinearity_left;
   return instrument;
 }
 
@@ -70,6 +70,8 @@ void print_json(const PhotonTransfer& p) {
   if (p.dark_current_e_per_s) out["dark_current_e_per_s"] = estimate(*p.dark_current_e_per_s);
   if (p.linearity_error) out["linearity_error"] = estimate(*p.linearity_error);
   if (p.largest_deviation) out["largest_deviation"] = *p.largest_deviation;
+  out["linearity"] = p.linearity;
+  if (p.nonlinearity_left) out["nonlinearity_left"] = *p.nonlinearity_left;
   for (const TransferPoint& t : p.points) {
     out["points"].push_back({{"exposure_s", t.exposure_s},
                              {"mean_dn", t.mean_dn},
@@ -102,6 +104,10 @@ void print_text(const PhotonTransfer& p) {
   if (p.linearity_error) {
     std::printf("linearity error %.3f %% on average, u %.2g, largest %.3f %%\n", 100 * p.linearity_error->value,
                 100 * p.linearity_error->u, 100 * *p.largest_deviation);
+  }
+  if (p.nonlinearity_left) {
+    std::printf("correction      %zu coefficients; no two levels differ by more than %.3f %% after it\n",
+                p.linearity.size(), 100 * *p.nonlinearity_left);
   }
 }
 

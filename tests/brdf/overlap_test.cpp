@@ -84,7 +84,7 @@ World world(const Optics& s, std::uint64_t seed) {
 OverlapSolution solve(const World& w, double u_nonlinearity = 0) {
   std::vector<double> level;
   for (const ScaledCounts& s : w.scaled) level.push_back(kGain / (s.factor * kFull_e));
-  return solve_overlap(w.scaled, w.causes, level, u_nonlinearity);
+  return solve_overlap(std::vector<OverlapGroup>{{w.scaled, level}}, w.causes, u_nonlinearity);
 }
 
 TEST(Overlap, FiltersComeOutWithHonestSigmaAndNoSeam) {

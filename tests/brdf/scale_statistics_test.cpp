@@ -82,7 +82,9 @@ TEST(ScaleStatistics, NormalCausesAreLognormalWithTheirCorrelation) {
   EXPECT_NEAR(std::log(exact.symmetric.high), 1.959963984540054 * std::sqrt(variance), 1e-12);
   // Equal densities at both ends make an interval the shortest one.
   const auto density = [&](double f) { return std::exp(-std::log(f) * std::log(f) / (2 * variance)) / f; };
-  EXPECT_NEAR(density(exact.shortest.low) / density(exact.shortest.high), 1, 1e-5);
+  EXPECT_NEAR(density(exact.shortest.low) / density(exact.shortest.high), 1, 1e-12);
+  const auto below = [&](double f) { return 0.5 * std::erfc(-std::log(f) / std::sqrt(2 * variance)); };
+  EXPECT_NEAR(below(exact.shortest.high) - below(exact.shortest.low), 0.95, 1e-14);
   EXPECT_NEAR(mc.shortest.low, exact.shortest.low, 5e-3);
 }
 

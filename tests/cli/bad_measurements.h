@@ -52,6 +52,8 @@ inline std::vector<BadInput> bad_measurements() {
       edited("measurement: no exposure", "[[exposure]]", "[elsewhere]", {file, "exposure", "missing"}),
       edited("measurement: exposure is one table", "[[exposure]]", "[exposure]", {file, "exposure", "wrong type"}),
       edited("measurement: no signature", "[signature]", "[signatur]", {file, "signature", "missing"}),
+      edited("measurement: signature in two forms", "[[exposure]]",
+             "[[signature.exposure]]\nexposure_s = 1\nframes = []\n[[exposure]]", {file, "signature.", "two forms"}),
       edited("measurement: exposure at another arm angle", "exposure_s = 0.25", "exposure_s = 0.25\narm_deg = 41",
              {here + "exposure.0.arm_deg"}),
       edited("measurement: unknown filter", "[\"nd30\"]", "[\"nd31\"]", {here + "exposure.0.filters", "nd31"}),

@@ -42,7 +42,7 @@ Measurement with_true_instrument(const fs::path& folder, const synth::Scene& sce
 double known_factor(const synth::BrdfScene& scene) {
   const synth::FrameStack& e = scene.exposures.front();
   return (1 + scene.laser.drift_percent / 100) * (e.true_exposure_s / e.exposure_s) /
-         (scene.signature.true_exposure_s / scene.signature.exposure_s);
+         (scene.signatures.front().true_exposure_s / scene.signatures.front().exposure_s);
 }
 
 std::string with_seed(std::string scene, unsigned seed) {

@@ -1,5 +1,5 @@
 #pragma once
-#include <string>
+#include "tests/flow/chain_scene.h"
 
 /// The whole chain, scene → raw frames → BRDF, with every source drawn from the distribution that the lab states:
 /// filters and laser (rectangular), exposure times (normal), pose (from the calibration's covariance), non-linearity
@@ -21,14 +21,11 @@ struct ChainResult {
   Claim scale;       ///< power in the whole lobe; coverage of the 95 % Monte Carlo interval
   Claim region;      ///< mean over a faint region, where random and common parts are of one size
   double largest_u_scale = 0;
-  double largest_seam = 0;       ///< beyond three standard uncertainties of the pair, of overlaps that were used
+  double largest_seam = 0;  ///< beyond three standard uncertainties of the pair, of overlaps that were used
+  double ratio_square = 0;  ///< sum of the squared relative errors of the ratio
+  double rms_ratio_error() const;
   double first_order_fails = 0;  ///< share of trials in which clause 8 says that first order fails
   double trials = 0, notes = 0;
-};
-
-enum class ChainCase {
-  kOneExposure,     ///< the paper's 59.3 %
-  kThreeExposures,  ///< tied by overlap, one of them through the signature's stack
 };
 
 ChainResult uncertainty_chain(ChainCase which, int trials, unsigned first_seed);

@@ -3,12 +3,14 @@
 #include <array>
 
 #include "tools/chart/angles.h"
+#include "tools/chart/uncertainty.h"
 
 namespace scatmap::tools {
 
 std::span<const ChartJob> chart_jobs() {
   static constexpr std::array kJobs{
       ChartJob{"angles", chart_angles},
+      ChartJob{"uncertainty", chart_uncertainty},
   };
   return kJobs;
 }

@@ -19,7 +19,7 @@ struct StructuredCause {
 
 /// What one input exposure contributed.
 struct ExposureRecord {
-  std::string role;  ///< "signature" or "exposure N"
+  std::string role;  ///< "signature", "signature exposure N" or "exposure N"
   double exposure_s = 0;
   std::vector<std::string> filters;
   std::vector<InputRecord> frames;

@@ -107,7 +107,7 @@ std::shared_ptr<const FrameSource::Dark> FrameSource::dark_of(const Exposure& e,
 FrameSource::Reduced FrameSource::reduce_exposure(const Exposure& e, const std::string& role) {
   ExposureRecord record{role, e.exposure_s, e.filters, {}, {}};
   const std::vector<Frame> frames = read_all(e.frames, false, e.exposure_s, record.frames);
-  if (role != "signature") {
+  if (!role.starts_with("signature")) {
     for (const Frame& f : frames) {
       constexpr double kSameAngle_deg = 1e-3;
       require_agreement(f.header.stage_deg, measurement_.pose.stage_rad * kDegPerRad, kSameAngle_deg,

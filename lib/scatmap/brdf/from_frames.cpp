@@ -23,7 +23,13 @@ constexpr double kVisibleSeam = 2e-3;  // a step between exposures that the user
 
 struct Reductions {
   std::vector<FrameSource::Reduced> samples;
-  std::vector<double> factors;  // map units per DN/s
+  std::vector<double> factors;  // map units per DN/s; before the signature is known: of the first signature exposure
+};
+
+// The signature's exposures, or, of a single one, only what it says.
+struct Beam {
+  Reductions exposures;
+  std::optional<MergedSignature> measured;
 };
 
 double share_of(const Merged& merged, std::size_t exposure, std::size_t pixel) {
@@ -45,12 +51,12 @@ std::vector<double> levels_per_unit(const Measurement& m, const Reductions& r) {
 
 // One unknown curvature: relative deviation grows with the level and reaches nonlinearity_percent at saturation. The
 // signature was measured through the same pixels' curve at its own level.
-Grid<float> nonlinearity_change(const Measurement& m, const Reductions& r, const Signature& signature,
+Grid<float> nonlinearity_change(const Measurement& m, const Reductions& r, const MergedSignature& signature,
                                 const Merged& merged) {
   const double u = u_nonlinearity(m);
   if (!(u > 0)) return {};
   const Sensor& s = m.instrument.sensor;
-  const double signature_level = signature.effective_rate * m.signature.exposure_s / (*s.saturation_dn - s.bias_dn);
+  const double signature_level = signature.level_dn / (*s.saturation_dn - s.bias_dn);
   const std::vector<double> per_unit = levels_per_unit(m, r);
   Grid<float> out(merged.mask.rows(), merged.mask.columns());
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -97,16 +103,14 @@ void note_noise(const FrameSource::Reduced& reduced, const SensorModel& sensor, 
   }
 }
 
-Reductions reduce_all(const Measurement& m, FrameSource& source, const Signature& signature, const Progress& progress,
-                      BrdfMap& map) {
+Reductions reduce_all(const Measurement& m, FrameSource& source, const Progress& progress, BrdfMap& map) {
   Reductions out;
   for (std::size_t e = 0; e < m.exposures.size(); ++e) {
     if (progress)
       progress("exposure " + std::to_string(e + 1),
                static_cast<double>(e + 1) / static_cast<double>(m.exposures.size() + 2));
     out.samples.push_back(source.reduce_exposure(m.exposures[e], "exposure " + std::to_string(e + 1)));
-    out.factors.push_back(std::pow(10, stack_od(m, m.exposures[e]) - stack_od(m, m.signature)) /
-                          signature.rate_dn_per_s);
+    out.factors.push_back(std::pow(10, stack_od(m, m.exposures[e]) - stack_od(m, m.signatures.front())));
     map.exposures.push_back(out.samples.back().record);
     note_noise(out.samples.back(), source.sensor(), map);
   }
@@ -139,7 +143,7 @@ void note_overlap(const OverlapReport& o, BrdfMap& map) {
     }
   }
   for (const OverlapPair& p : o.solution.pairs) {
-    const std::string names = "exposures " + std::to_string(p.a + 1) + " and " + std::to_string(p.b + 1);
+    const std::string names = pair_name(p, static_cast<std::size_t>(o.causes.sensitivity.rows()));
     if (!p.problem.empty()) {
       map.notes.push_back(names + " are inconsistent and their overlap was not used: " + p.problem);
     } else if (p.used && std::abs(p.ln_ratio) > kVisibleSeam + 3 * p.u) {
@@ -150,14 +154,30 @@ void note_overlap(const OverlapReport& o, BrdfMap& map) {
 
 // Measures the exposures' factors from their overlaps and applies them.
 std::optional<OverlapReport> measure_overlap(const Measurement& m, const ExposureCauses& causes, Reductions& r,
-                                             BrdfMap& map) {
+                                             Beam& beam, BrdfMap& map) {
   bool any = false;
-  for (std::size_t k = 0; k < causes.causes.size(); ++k) any = any || !causes.is_common(k);
-  if (r.samples.size() < 2 || !any) return std::nullopt;
-  OverlapReport out{causes, solve_overlap(scaled(r), causes, levels_per_unit(m, r), u_nonlinearity(m))};
-  for (std::size_t e = 0; e < r.factors.size(); ++e) r.factors[e] *= out.solution.factor(causes, e);
+  for (std::size_t k = 0; k < causes.causes.size(); ++k) any = any || causes.is_measurable(k);
+  if (!any) return std::nullopt;
+  const std::vector<ScaledCounts> of_sample = scaled(r), of_beam = scaled(beam.exposures);
+  const std::vector<double> sample_level = levels_per_unit(m, r), beam_level = levels_per_unit(m, beam.exposures);
+  const std::vector<OverlapGroup> groups{{of_sample, sample_level}, {of_beam, beam_level}};
+  OverlapReport out{causes, solve_overlap(groups, causes, u_nonlinearity(m))};
+  const Eigen::VectorXd of_samples = causes.sensitivity * out.solution.shift,
+                        of_beams = causes.reference * out.solution.shift;
+  for (std::size_t e = 0; e < r.factors.size(); ++e) r.factors[e] *= std::exp(of_samples[static_cast<Eigen::Index>(e)]);
+  for (std::size_t j = 0; j < beam.exposures.factors.size(); ++j)
+    beam.exposures.factors[j] *= std::exp(of_beams[static_cast<Eigen::Index>(j)] - of_beams[0]);
   note_overlap(out, map);
   return out;
+}
+
+// Causes of all exposures, the sample's relative to the first signature exposure.
+ExposureCauses stated_causes(const Measurement& m) {
+  std::vector<ScaleBudget> samples, signatures;
+  for (const Exposure& e : m.exposures) samples.push_back(exposure_scale(m, e, {}));
+  for (std::size_t j = 0; m.signatures.size() > 1 && j < m.signatures.size(); ++j)
+    signatures.push_back(signature_scale(m, j));
+  return causes_by_identity(samples, signatures);
 }
 
 SampleView view_of(const Measurement& m) {
@@ -168,12 +188,30 @@ SampleView view_of(const Measurement& m) {
   }
 }
 
-Signature signature_of(const Measurement& m, const Counts& counts) {
+MergedSignature signature_of(const Measurement& m, const Reductions& beam) {
   try {
-    return measure_signature(counts, m.aperture.radius_px);
+    return merge_signature(scaled(beam), m.aperture.radius_px);
   } catch (const Error& e) {
     throw with_context(m.file.string(), e);
   }
+}
+
+// A single exposure is measured at once, so that its images need not be kept.
+Beam reduce_beam(const Measurement& m, FrameSource& source, BrdfMap& map) {
+  Beam out;
+  Reductions& r = out.exposures;
+  for (std::size_t j = 0; j < m.signatures.size(); ++j) {
+    const std::string role = m.signatures.size() < 2 ? "signature" : "signature exposure " + std::to_string(j + 1);
+    r.samples.push_back(source.reduce_exposure(m.signatures[j], role));
+    r.factors.push_back(std::pow(10, stack_od(m, m.signatures[j]) - stack_od(m, m.signatures.front())));
+    map.exposures.push_back(r.samples.back().record);
+    note_noise(r.samples.back(), source.sensor(), map);
+  }
+  if (r.samples.size() == 1) {
+    out.measured = signature_of(m, r);
+    r = {};
+  }
+  return out;
 }
 
 // A map without a single number is no result.
@@ -201,24 +239,27 @@ BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, Filt
   const SampleView view = view_of(m);
   FrameSource source(m);
   if (progress) progress("signature", 0);
-  {
-    const FrameSource::Reduced reduced = source.reduce_exposure(m.signature, "signature");
-    out.signature = signature_of(m, reduced.counts);
-    map.exposures.push_back(reduced.record);
-    note_noise(reduced, source.sensor(), map);
-  }
-  Reductions reductions = reduce_all(m, source, out.signature, progress, map);
-  const double u_signature = out.signature.u_rate_dn_per_s / out.signature.rate_dn_per_s;
-  for (const Exposure& e : m.exposures) out.exposure_scale.push_back(exposure_scale(m, e, u_signature));
-  const ExposureCauses causes = causes_by_identity(out.exposure_scale);
+  Beam beam = reduce_beam(m, source, map);
+  Reductions reductions = reduce_all(m, source, progress, map);
+  ExposureCauses causes = stated_causes(m);
   if (progress) progress("overlap", 0.8);
-  if (filters == FilterValues::kByOverlap) out.overlap = measure_overlap(m, causes, reductions, map);
+  if (filters == FilterValues::kByOverlap) out.overlap = measure_overlap(m, causes, reductions, beam, map);
+  const MergedSignature signature = beam.measured ? *beam.measured : signature_of(m, beam.exposures);
+  beam = {};
+  for (double& factor : reductions.factors) factor /= signature.beam.rate_dn_per_s;
+  out.signature = signature.beam;
+  out.signature_share = signature.share;
+  const double u_signature = signature.beam.u_rate_dn_per_s / signature.beam.rate_dn_per_s;
+  for (const Exposure& e : m.exposures)
+    out.exposure_scale.push_back(exposure_scale(m, e, {u_signature, signature.share}));
+  causes.refer_to(signature.share);
+  if (u_signature > 0) causes.add_common({"signature", Distribution::kNormal, u_signature, -1, false, 0});
   if (progress) progress("map", 0.9);
   const Merged merged = merge(scaled(reductions));
   map.angles = angle_map(view, m.instrument.rows, m.instrument.columns);
   const Grid<double> expected = apply_geometry(merged, map);
   require_some_good_pixel(m, map);
-  const Grid<float> nonlinearity = nonlinearity_change(m, reductions, out.signature, merged);
+  const Grid<float> nonlinearity = nonlinearity_change(m, reductions, signature, merged);
   split_causes(causes, out.overlap ? &out.overlap->solution : nullptr, {merged, expected, nonlinearity}, map);
   if (auto u_pose = pose_uncertainty(m.instrument, m.pose, expected)) map.u_pose_per_sr = std::move(*u_pose);
   return out;

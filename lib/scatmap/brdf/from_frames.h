@@ -5,7 +5,7 @@
 #include "scatmap/brdf/brdf_map.h"
 #include "scatmap/brdf/measurement.h"
 #include "scatmap/brdf/overlap.h"
-#include "scatmap/brdf/signature.h"
+#include "scatmap/brdf/signature_exposures.h"
 
 namespace scatmap {
 
@@ -24,15 +24,17 @@ struct OverlapReport {
 /// A finished map and what was found on the way.
 struct BrdfResult {
   BrdfMap map;
-  Signature signature;
+  Signature signature;                      ///< in DN/s as the first of its exposures shows it
+  std::vector<double> signature_share;      ///< of each signature exposure in the beam's sum
   std::vector<ScaleBudget> exposure_scale;  ///< one per exposure, as stated: its ND stack against the signature's
-  std::optional<OverlapReport> overlap;     ///< absent with nominal filters, one exposure, or nothing to measure
+  std::optional<OverlapReport> overlap;     ///< absent with nominal filters or nothing to measure
 };
 
 /// Reads the frames of a measurement and turns raw counts into BRDF (docs/conventions.md, measurement equation):
 ///   f = [(S − D)/(t T)] / [Σ (S0 − D0)/(t0 T0)] / (Ω cos theta_s).
-/// Several exposures are merged. A cause that acts alike on all exposures goes to the scale; one that does not moves
-/// pixels by their share of the exposure and becomes a structured cause; with overlap see split_causes.h.
+/// Several exposures are merged, the sample's and the signature's. A cause that acts alike on all exposures goes to the
+/// scale; one that does not moves pixels by their share of the exposure and becomes a structured cause; with overlap
+/// see split_causes.h.
 /// @throws Error for anything wrong with a file, naming it
 BrdfResult brdf_from_frames(const Measurement& measurement, const Progress& progress = {},
                             FilterValues filters = FilterValues::kByOverlap);

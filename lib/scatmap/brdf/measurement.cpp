@@ -87,6 +87,50 @@ Exposure read_exposure(const TomlTable& t, const Measurement& m, double pose_arm
   return e;
 }
 
+// One exposure in the table itself, or [[signature.exposure]].
+void read_signature(const TomlTable& t, double pose_arm_deg, Measurement& m) {
+  m.aperture.radius_px = t.optional_number("aperture_radius_px", {1, 1e5, false});
+  const std::vector<TomlTable> tables = t.tables("exposure");
+  m.signatures.clear();
+  if (tables.empty()) {
+    m.signatures.push_back(read_exposure(t, m, pose_arm_deg, true));
+    return;
+  }
+  for (const char* key : {"frames", "darks", "dark_level_dn", "exposure_s", "filters", "u_exposure_percent"}) {
+    if (t.has(key)) throw Error({t.where(key), "is given beside [[signature.exposure]]", {}, "one of the two forms"});
+  }
+  t.optional_number("arm_deg", kCommandedDeg);
+  for (const TomlTable& exposure : tables) m.signatures.push_back(read_exposure(exposure, m, pose_arm_deg, true));
+}
+
+bool holds(const Exposure& e, const std::string& filter) {
+  return std::find(e.filters.begin(), e.filters.end(), filter) != e.filters.end();
+}
+
+void add_if_any(ScaleBudget& budget, const std::string& name, Distribution d, double half_width, double sensitivity) {
+  if (half_width > 0 && sensitivity != 0) budget.causes.push_back({name, d, half_width, sensitivity, false, 0});
+}
+
+void add_filter(ScaleBudget& budget, const Filter& f, double net) {
+  if (net == 0) return;
+  budget.causes.push_back(
+      {"filter " + f.name, f.distribution, f.half_width_od, kLn10 * net, true, f.half_width_below_od});
+}
+
+std::string signature_name(const Measurement& m, std::size_t exposure) {
+  return m.signatures.size() < 2 ? "the signature" : "signature exposure " + std::to_string(exposure + 1);
+}
+
+// Causes of a signature exposure's time and power, `share` times those of its own scale.
+void add_times_and_power(const Measurement& m, std::size_t exposure, double share, ScaleBudget& budget) {
+  const std::string of = signature_name(m, exposure);
+  if (m.signatures.size() > 1) {
+    add_if_any(budget, "laser power during frames of " + of, Distribution::kRectangular,
+               m.laser_drift_between_exposures, -share);
+  }
+  add_if_any(budget, "exposure time of " + of, Distribution::kNormal, m.signatures[exposure].u_exposure, -share);
+}
+
 }  // namespace
 
 Measurement read_measurement(const std::filesystem::path& path) {
@@ -100,9 +144,7 @@ Measurement read_measurement(const std::filesystem::path& path) {
   if (const auto filters = file.optional_table("filters")) {
     for (const std::string& name : filters->table_names()) m.filters[name] = read_filter(filters->table(name), name);
   }
-  const TomlTable signature = file.table("signature");
-  m.signature = read_exposure(signature, m, arm_deg, true);
-  m.aperture.radius_px = signature.optional_number("aperture_radius_px", {1, 1e5, false});
+  read_signature(file.table("signature"), arm_deg, m);
   for (const TomlTable& t : file.tables("exposure")) m.exposures.push_back(read_exposure(t, m, arm_deg, false));
   if (m.exposures.empty()) throw Error({file.where("exposure"), "is missing", {}, "at least one table [[exposure]]"});
   if (const auto laser = file.optional_table("laser")) {
@@ -122,25 +164,34 @@ double stack_od(const Measurement& m, const Exposure& e) {
   return sum;
 }
 
-ScaleBudget exposure_scale(const Measurement& m, const Exposure& e, double u_signature) {
+ScaleBudget exposure_scale(const Measurement& m, const Exposure& e, const SignatureUse& signature) {
   ScaleBudget budget;
-  const auto holds = [](const Exposure& exposure, const std::string& name) {
-    return std::find(exposure.filters.begin(), exposure.filters.end(), name) != exposure.filters.end();
-  };
+  std::vector<double> share = signature.share;
+  share.resize(m.signatures.size(), 0);
+  if (signature.share.empty()) share.front() = 1;
   for (const auto& [name, filter] : m.filters) {
-    const int net = static_cast<int>(holds(e, name)) - static_cast<int>(holds(m.signature, name));
-    if (net == 0) continue;
-    budget.causes.push_back(
-        {"filter " + name, filter.distribution, filter.half_width_od, kLn10 * net, true, filter.half_width_below_od});
+    double net = 0;  // exactly 0 where it cancels
+    for (std::size_t j = 0; j < share.size(); ++j)
+      net += share[j] * (static_cast<int>(holds(e, name)) - static_cast<int>(holds(m.signatures[j], name)));
+    // Shares add to 1 but for rounding.
+    constexpr double kRounding = 1e-9;
+    add_filter(budget, filter, std::abs(net - std::round(net)) < kRounding ? std::round(net) : net);
   }
-  const auto add = [&](const char* name, Distribution d, double half_width, double sensitivity) {
-    if (half_width > 0) budget.causes.push_back({name, d, half_width, sensitivity, false, 0});
-  };
-  add("laser drift", Distribution::kRectangular, m.laser_drift, 1);
-  add("laser power during frames of the sample", Distribution::kRectangular, m.laser_drift_between_exposures, 1);
-  add("exposure time of the sample", Distribution::kNormal, e.u_exposure, -1);
-  add("exposure time of the signature", Distribution::kNormal, m.signature.u_exposure, 1);
-  add("signature", Distribution::kNormal, u_signature, -1);
+  add_if_any(budget, "laser drift", Distribution::kRectangular, m.laser_drift, 1);
+  add_if_any(budget, "laser power during frames of the sample", Distribution::kRectangular,
+             m.laser_drift_between_exposures, -1);
+  add_if_any(budget, "exposure time of the sample", Distribution::kNormal, e.u_exposure, -1);
+  for (std::size_t j = 0; j < share.size(); ++j) add_times_and_power(m, j, -share[j], budget);
+  add_if_any(budget, "signature", Distribution::kNormal, signature.u, -1);
+  return budget;
+}
+
+ScaleBudget signature_scale(const Measurement& m, std::size_t exposure) {
+  ScaleBudget budget;
+  for (const auto& [name, filter] : m.filters) {
+    if (holds(m.signatures[exposure], name)) add_filter(budget, filter, 1);
+  }
+  add_times_and_power(m, exposure, 1, budget);
   return budget;
 }
 

@@ -41,7 +41,7 @@ struct Measurement {
   double wavelength_m = 0;
   Pose pose;
   std::map<std::string, Filter> filters;
-  Exposure signature;
+  std::vector<Exposure> signatures{1};  ///< exposures of the straight-through beam, one or more
   SignatureAperture aperture;
   std::vector<Exposure> exposures;  ///< one or more
   double laser_drift = 0;  ///< relative half width between signature and sample frames, common to all exposures
@@ -58,8 +58,18 @@ Measurement read_measurement(const std::filesystem::path& path);
 /// log10 of 1/transmittance of a stack: the sum of its filters' OD.
 double stack_od(const Measurement& m, const Exposure& e);
 
-/// Causes of the scale of one exposure's map by identity: a filter in both stacks cancels exactly. The signature's own
-/// noise (relative standard uncertainty) is the caller's.
-ScaleBudget exposure_scale(const Measurement& m, const Exposure& e, double u_signature);
+/// What the signature rests on.
+struct SignatureUse {
+  double u = 0;                    ///< relative standard uncertainty of the beam's sum: its own noise
+  std::vector<double> share = {};  ///< of each signature exposure in that sum, adding to 1; empty: all on the first
+};
+
+/// Causes of the scale of one sample exposure's map by identity: a filter in its stack and in all signature stacks
+/// cancels exactly, one that is in some of the latter counts by their share.
+ScaleBudget exposure_scale(const Measurement& m, const Exposure& e, const SignatureUse& signature);
+
+/// Causes of what one signature exposure says of the unfiltered beam: its filters and its time; with several, the
+/// laser's power during each.
+ScaleBudget signature_scale(const Measurement& m, std::size_t exposure);
 
 }  // namespace scatmap

@@ -14,39 +14,87 @@ constexpr int kMostRounds = 8;
 constexpr double kConverged = 1e-6;  // of any ln factor
 constexpr double kMarginSigmas = 4;  // of the present knowledge of a ratio: a difference within them is no outlier
 
-std::vector<PairIndex> all_pairs(std::size_t exposures) {
+std::vector<PairIndex> pairs_of(std::size_t first, std::size_t exposures) {
   std::vector<PairIndex> out;
   for (std::size_t a = 0; a < exposures; ++a) {
-    for (std::size_t b = a + 1; b < exposures; ++b) out.push_back({a, b});
+    for (std::size_t b = a + 1; b < exposures; ++b) out.push_back({first + a, first + b});
+  }
+  return out;
+}
+
+std::vector<PairIndex> all_pairs(std::span<const OverlapGroup> groups) {
+  std::vector<PairIndex> out;
+  std::size_t first = 0;
+  for (const OverlapGroup& g : groups) {
+    const std::vector<PairIndex> own = pairs_of(first, g.exposures.size());
+    out.insert(out.end(), own.begin(), own.end());
+    first += g.exposures.size();
   }
   return out;
 }
 
 // Everything that does not change from round to round.
 struct Problem {
-  std::span<const ScaledCounts> exposures;
+  std::span<const OverlapGroup> groups;
   const ExposureCauses& causes;
-  std::span<const double> level_per_unit;
   double u_nonlinearity;
-  std::vector<PairIndex> pairs;
+  std::vector<PairIndex> pairs;  // group by group
+  Eigen::MatrixXd rows;          // d ln factor / d cause, exposures of all groups
 
-  Eigen::Index unknowns() const { return causes.sensitivity.cols(); }
+  Eigen::Index unknowns() const { return rows.cols(); }
   Eigen::MatrixXd prior() const { return causes.variances().asDiagonal(); }
   // d ln ratio / d cause: one row per pair.
   Eigen::MatrixXd design() const {
     Eigen::MatrixXd out(static_cast<Eigen::Index>(pairs.size()), unknowns());
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-      out.row(static_cast<Eigen::Index>(k)) = causes.sensitivity.row(static_cast<Eigen::Index>(pairs[k].a)) -
-                                              causes.sensitivity.row(static_cast<Eigen::Index>(pairs[k].b));
+      out.row(static_cast<Eigen::Index>(k)) =
+          rows.row(static_cast<Eigen::Index>(pairs[k].a)) - rows.row(static_cast<Eigen::Index>(pairs[k].b));
     }
     return out;
   }
 };
 
-std::vector<ScaledCounts> scaled(const Problem& p, const Eigen::VectorXd& shift) {
-  std::vector<ScaledCounts> out(p.exposures.begin(), p.exposures.end());
-  const Eigen::VectorXd ln_factor = p.causes.sensitivity * shift;
+std::vector<ScaledCounts> scaled(const OverlapGroup& group, const Eigen::VectorXd& ln_factor) {
+  std::vector<ScaledCounts> out(group.exposures.begin(), group.exposures.end());
   for (std::size_t e = 0; e < out.size(); ++e) out[e].factor *= std::exp(ln_factor[static_cast<Eigen::Index>(e)]);
+  return out;
+}
+
+// Pairs of two groups share no light and no noise.
+PairSums joined(const PairSums& a, const PairSums& b) {
+  const auto stacked = [](const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
+    Eigen::VectorXd out(x.size() + y.size());
+    out << x, y;
+    return out;
+  };
+  PairSums out{stacked(a.ln_ratio, b.ln_ratio),
+               Eigen::MatrixXd::Zero(a.ln_ratio.size() + b.ln_ratio.size(), a.ln_ratio.size() + b.ln_ratio.size()),
+               stacked(a.level, b.level),
+               stacked(a.pixels, b.pixels),
+               stacked(a.chi_squared, b.chi_squared),
+               stacked(a.level_difference, b.level_difference),
+               stacked(a.u_level_difference, b.u_level_difference)};
+  out.covariance.topLeftCorner(a.covariance.rows(), a.covariance.cols()) = a.covariance;
+  out.covariance.bottomRightCorner(b.covariance.rows(), b.covariance.cols()) = b.covariance;
+  return out;
+}
+
+// All pairs of all groups, with the factors of the present shift.
+PairSums sums_of(const Problem& p, const Eigen::VectorXd& shift, const Eigen::VectorXd& margins) {
+  const Eigen::VectorXd ln_factor = p.rows * shift;
+  PairSums out;
+  Eigen::Index exposure = 0, pair = 0;
+  for (const OverlapGroup& g : p.groups) {
+    const auto count = static_cast<Eigen::Index>(g.exposures.size());
+    const std::vector<PairIndex> pairs = pairs_of(0, g.exposures.size());
+    const std::vector<ScaledCounts> now = scaled(g, ln_factor.segment(exposure, count));
+    if (!pairs.empty()) {
+      out = joined(out, pair_sums(now, merge(now), pairs, g.level_per_unit, p.u_nonlinearity,
+                                  margins.segment(pair, static_cast<Eigen::Index>(pairs.size()))));
+    }
+    exposure += count;
+    pair += static_cast<Eigen::Index>(pairs.size());
+  }
   return out;
 }
 
@@ -171,9 +219,7 @@ Eigen::VectorXd margins(const Problem& p, const Eigen::MatrixXd& covariance) {
 
 // One round: merge with the present factors, measure all pairs, test them, solve.
 Update one_round(const Problem& p, const Update& present, bool with_tests, std::vector<OverlapPair>& pairs) {
-  const std::vector<ScaledCounts> now = scaled(p, present.shift);
-  const PairSums sums =
-      pair_sums(now, merge(now), p.pairs, p.level_per_unit, p.u_nonlinearity, margins(p, present.covariance));
+  const PairSums sums = sums_of(p, present.shift, margins(p, present.covariance));
   pairs.clear();
   for (std::size_t k = 0; k < p.pairs.size(); ++k) {
     pairs.push_back(describe(sums, p.pairs[k], static_cast<Eigen::Index>(k)));
@@ -188,19 +234,22 @@ Update one_round(const Problem& p, const Update& present, bool with_tests, std::
 
 }  // namespace
 
-double OverlapSolution::factor(const ExposureCauses& causes, std::size_t exposure) const {
-  return std::exp(causes.sensitivity.row(static_cast<Eigen::Index>(exposure)).dot(shift));
+std::string pair_name(const OverlapPair& p, std::size_t sample_exposures) {
+  const bool beam = p.a >= sample_exposures;
+  const std::size_t first = beam ? sample_exposures : 0;
+  return std::string(beam ? "signature " : "") + "exposures " + std::to_string(p.a - first + 1) + " and " +
+         std::to_string(p.b - first + 1);
 }
 
-OverlapSolution solve_overlap(std::span<const ScaledCounts> exposures, const ExposureCauses& causes,
-                              std::span<const double> level_per_unit, double u_nonlinearity) {
-  const Problem p{exposures, causes, level_per_unit, u_nonlinearity, all_pairs(exposures.size())};
+OverlapSolution solve_overlap(std::span<const OverlapGroup> groups, const ExposureCauses& causes,
+                              double u_nonlinearity) {
+  const Problem p{groups, causes, u_nonlinearity, all_pairs(groups), causes.all_rows()};
   Update present = nothing_learned(p);
   std::vector<OverlapPair> pairs;
   for (int round = 0; round < kMostRounds; ++round) {
     // Before the factors have settled, pairs would fail for what the tolerances allow.
     const Update next = one_round(p, present, round >= 2, pairs);
-    const double change = (causes.sensitivity * (next.shift - present.shift)).cwiseAbs().maxCoeff();
+    const double change = (p.rows * (next.shift - present.shift)).cwiseAbs().maxCoeff();
     present = next;
     if (round >= 3 && change < kConverged) break;
   }

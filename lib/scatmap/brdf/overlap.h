@@ -9,9 +9,15 @@
 
 namespace scatmap {
 
+/// Exposures that show the same light, the sample's or the beam's: only these can be compared.
+struct OverlapGroup {
+  std::span<const ScaledCounts> exposures;  ///< with nominal factors
+  std::span<const double> level_per_unit;   ///< share of the linear range per map unit (0: no non-linearity)
+};
+
 /// Two exposures compared on the pixels that are good in both.
 struct OverlapPair {
-  std::size_t a = 0, b = 0;     ///< exposures, a < b
+  std::size_t a = 0, b = 0;     ///< exposures, a < b, counted through all groups
   double ln_ratio = 0;          ///< ln of (a's value / b's value) with the final factors: what the solution leaves
   double u = 0;                 ///< standard uncertainty of ln_ratio, counting noise
   double pixels = 0;            ///< that carry weight
@@ -22,12 +28,14 @@ struct OverlapPair {
   std::string problem;  ///< why, in words; empty when consistent
 };
 
+/// "exposures 1 and 3", "signature exposures 1 and 2".
+std::string pair_name(const OverlapPair& pair, std::size_t sample_exposures);
+
 /// Measured factors of all exposures: nominal × exp(sensitivity · shift).
 struct OverlapSolution {
   Eigen::VectorXd shift;       ///< of each cause, in its unit
   Eigen::MatrixXd covariance;  ///< of the causes after the measurement and, last, of the pixel non-linearity (1)
   std::vector<OverlapPair> pairs;
-  double factor(const ExposureCauses& causes, std::size_t exposure) const;  ///< exp(sensitivity · shift)
 };
 
 /// A pair must measure its ratio to this, or it is not used; no ratio is trusted to better than kBestRatio.
@@ -48,10 +56,12 @@ inline constexpr double kRatioAllowance = 5e-4;
 /// iterated. Pairs that fail a test are left out of the solution, so that what depends on them stays as uncertain as it
 /// was stated.
 ///
-/// @param exposures with nominal factors; two or more
-/// @param level_per_unit  per exposure: share of the linear range per map unit (0: no non-linearity)
+/// Ratios within several groups tell of the same causes: a filter that only the signature uses is measured there. A
+/// master dark that two groups share is taken as independent between them: their light falls on different pixels.
+///
+/// @param groups the sample's exposures, then (if several) the signature's: the rows of causes.all_rows(), in order
 /// @param u_nonlinearity  relative standard uncertainty at full range
-OverlapSolution solve_overlap(std::span<const ScaledCounts> exposures, const ExposureCauses& causes,
-                              std::span<const double> level_per_unit, double u_nonlinearity);
+OverlapSolution solve_overlap(std::span<const OverlapGroup> groups, const ExposureCauses& causes,
+                              double u_nonlinearity);
 
 }  // namespace scatmap

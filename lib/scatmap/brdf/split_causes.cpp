@@ -46,11 +46,13 @@ StructuredCause structured(std::string name, std::string meaning, const Eigen::V
   return out;
 }
 
-void add_common(const ExposureCauses& causes, BrdfMap& map) {
+// Causes that act alike on every exposure, without those that overlaps have tied to others.
+void add_common(const ExposureCauses& causes, bool measured, BrdfMap& map) {
   for (std::size_t k = 0; k < causes.causes.size(); ++k) {
-    if (!causes.is_common(k)) continue;
+    if (!causes.is_common(k) || (measured && causes.is_measurable(k))) continue;
     ScaleCause cause = causes.causes[k];
     cause.sensitivity = causes.sensitivity(0, static_cast<Eigen::Index>(k));
+    if (cause.sensitivity == 0) continue;
     map.scale.causes.push_back(std::move(cause));
   }
 }
@@ -121,10 +123,10 @@ void add_measured(const ExposureCauses& causes, const OverlapSolution& overlap, 
                   BrdfMap& map) {
   std::vector<Eigen::Index> tied, with_nonlinearity;
   for (std::size_t k = 0; k < causes.causes.size(); ++k) {
-    if (!causes.is_common(k)) tied.push_back(static_cast<Eigen::Index>(k));
+    if (causes.is_measurable(k)) tied.push_back(static_cast<Eigen::Index>(k));
   }
   with_nonlinearity = tied;
-  with_nonlinearity.push_back(causes.sensitivity.cols());
+  with_nonlinearity.push_back(overlap.covariance.rows() - 1);
   const Eigen::MatrixXd sensitivity = causes.sensitivity(Eigen::all, tied),
                         covariance = overlap.covariance(with_nonlinearity, with_nonlinearity);
   const Tied t = tie(sensitivity, covariance);
@@ -152,7 +154,7 @@ void add_measured(const ExposureCauses& causes, const OverlapSolution& overlap, 
 
 void split_causes(const ExposureCauses& causes, const OverlapSolution* overlap, const CauseImages& images,
                   BrdfMap& map) {
-  add_common(causes, map);
+  add_common(causes, overlap != nullptr, map);
   if (overlap == nullptr) {
     add_as_stated(causes, images, map);
   } else {

@@ -9,6 +9,7 @@
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
 #include "scatmap/counts/dark.h"
+#include "scatmap/counts/photon_transfer_linearity.h"
 
 namespace scatmap {
 namespace {
@@ -92,21 +93,81 @@ Line fit_line(std::span<const double> x, std::span<const double> y, std::span<co
   return out;
 }
 
+double median_of(std::vector<double> v) {
+  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  return *middle;
+}
+
 // The largest variance that is followed by a smaller one.
-std::optional<double> saturation_of(const std::vector<TransferPoint>& points) {
+std::optional<double> variance_peak(const std::vector<TransferPoint>& points) {
   const auto top = std::max_element(points.begin(), points.end(),
                                     [](const auto& a, const auto& b) { return a.variance_dn2 < b.variance_dn2; });
   if (top + 1 == points.end()) return std::nullopt;
   return top->mean_dn;
 }
 
+// The value that more than half of a frame's pixels have, if there is one: where the converter ends.
+std::optional<double> ceiling_of(const Frame& f) {
+  const std::vector<double> values(f.dn.begin(), f.dn.end());
+  const double middle = median_of(values);
+  const auto same = std::count(values.begin(), values.end(), middle);
+  if (static_cast<double>(same) < kCeilingShare * static_cast<double>(values.size())) return std::nullopt;
+  return middle;
+}
+
+std::optional<double> saturation_of(const PhotonTransfer& p, std::span<const TransferLevel> levels) {
+  const std::optional<double> peak = variance_peak(p.points);
+  if (!peak) return std::nullopt;
+  const std::optional<double> ceiling = ceiling_of(levels.back().flats.front());
+  if (!ceiling || *ceiling < *peak) return peak;
+  // Noise at the ceiling, from the straight line through the peak's level.
+  const auto top = std::max_element(p.points.begin(), p.points.end(),
+                                    [](const auto& a, const auto& b) { return a.variance_dn2 < b.variance_dn2; });
+  const double slope = (top->variance_dn2 - top->dark_variance_dn2) / (top->mean_dn - top->dark_mean_dn);
+  const double variance = top->dark_variance_dn2 + slope * (*ceiling - top->dark_mean_dn);
+  return std::max(*peak, *ceiling - kCeilingSigmas * std::sqrt(variance));
+}
+
+void count_saturated(PhotonTransfer& out, std::span<const TransferLevel> levels, double saturation_dn) {
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    double values = 0, saturated = 0;
+    for (const Frame& f : levels[i].flats) {
+      values += static_cast<double>(f.dn.size());
+      saturated += static_cast<double>(
+          std::count_if(f.dn.begin(), f.dn.end(), [&](float v) { return static_cast<double>(v) >= saturation_dn; }));
+    }
+    out.points[i].saturated = saturated / values;
+  }
+}
+
+// A point's means and variances after linearisation: variance times slope².
+TransferPoint linearised(const TransferPoint& p, const SensorModel& sensor) {
+  const auto slope = [&](double raw) { return sensor.linearised(raw + 0.5) - sensor.linearised(raw - 0.5); };
+  const double flat = std::pow(slope(p.mean_dn), 2), dark = std::pow(slope(p.dark_mean_dn), 2);
+  TransferPoint out = p;
+  out.mean_dn = sensor.linearised(p.mean_dn);
+  out.dark_mean_dn = sensor.linearised(p.dark_mean_dn);
+  out.variance_dn2 *= flat;
+  out.u_variance_dn2 *= flat;
+  out.dark_variance_dn2 *= dark;
+  return out;
+}
+
 // EMVA 1288, 6.6: through the origin.
 void fit_gain(PhotonTransfer& out, double saturation_dn) {
+  SensorModel sensor;
+  sensor.bias_dn = out.bias_dn.value;
+  sensor.linearity = out.linearity;
   double xx = 0, xy = 0, count = 0;
-  for (TransferPoint& p : out.points) {
+  std::vector<TransferPoint> points;
+  for (TransferPoint& raw : out.points) {
+    raw.used = raw.mean_dn > raw.dark_mean_dn &&
+               raw.mean_dn <= raw.dark_mean_dn + kGainRange * (saturation_dn - raw.dark_mean_dn);
+    if (!raw.used) continue;
+    const TransferPoint p = linearised(raw, sensor);
+    points.push_back(p);
     const double x = p.mean_dn - p.dark_mean_dn, y = p.variance_dn2 - p.dark_variance_dn2;
-    p.used = x > 0 && p.mean_dn <= p.dark_mean_dn + kGainRange * (saturation_dn - p.dark_mean_dn);
-    if (!p.used) continue;
     const double w = 1 / (p.u_variance_dn2 * p.u_variance_dn2);
     xx += w * x * x;
     xy += w * x * y;
@@ -117,21 +178,15 @@ void fit_gain(PhotonTransfer& out, double saturation_dn) {
         {"flats", "their variance does not grow with their mean", {}, "photon noise: uniform light, no saturation"});
   const double k = xy / xx;
   double chi = 0;
-  for (const TransferPoint& p : out.points) {
-    if (p.used)
-      chi += std::pow((p.variance_dn2 - p.dark_variance_dn2 - k * (p.mean_dn - p.dark_mean_dn)) / p.u_variance_dn2, 2);
-  }
+  for (const TransferPoint& p : points)
+    chi += std::pow((p.variance_dn2 - p.dark_variance_dn2 - k * (p.mean_dn - p.dark_mean_dn)) / p.u_variance_dn2, 2);
   out.chi_squared = count > 1 ? chi / (count - 1) : 0;
   // A curve that is no straight line makes K as uncertain as its scatter says.
   out.gain_dn_per_e = {k, std::sqrt(std::max(1.0, out.chi_squared) / xx)};
 }
 
-void fit_dark(PhotonTransfer& out, const Temporal& shortest, double pixels) {
-  const double k = out.gain_dn_per_e.value, relative_k = out.gain_dn_per_e.u / k;
-  const double variance = std::max(0.0, shortest.variance - kQuantisation);
-  const double sigma = std::sqrt(variance) / k;
-  out.dark_noise_e = {sigma, std::hypot(sigma * relative_k, sigma > 0 ? u_variance(shortest) / (2 * sigma * k * k)
-                                                                      : std::sqrt(kQuantisation) / k)};
+// Dark level against exposure time.
+std::optional<Line> fit_bias(PhotonTransfer& out, double pixels) {
   std::vector<double> t, mean, u;
   for (const TransferPoint& p : out.points) {
     t.push_back(p.exposure_s);
@@ -139,13 +194,24 @@ void fit_dark(PhotonTransfer& out, const Temporal& shortest, double pixels) {
     u.push_back(std::sqrt(p.dark_variance_dn2 / pixels));
   }
   out.bias_dn = {mean.front(), u.front()};
-  if (t.size() < 3) return;
-  const Line line = fit_line(t, mean, u);
-  const double scatter =
-      std::sqrt(std::max(1.0, line.chi_squared));  // clocks and temperature move the bias more than noise does
-  out.bias_dn = {line.intercept.value, line.intercept.u * scatter};
-  out.dark_current_e_per_s = {line.slope.value / k,
-                              std::hypot(line.slope.u * scatter / k, line.slope.value / k * relative_k)};
+  if (t.size() < 3) return std::nullopt;
+  Line line = fit_line(t, mean, u);
+  // Clocks and temperature move the bias more than noise does.
+  const double scatter = std::sqrt(std::max(1.0, line.chi_squared));
+  line.intercept.u *= scatter;
+  line.slope.u *= scatter;
+  out.bias_dn = line.intercept;
+  return line;
+}
+
+void fit_dark(PhotonTransfer& out, const Temporal& shortest, const std::optional<Line>& bias) {
+  const double k = out.gain_dn_per_e.value, relative_k = out.gain_dn_per_e.u / k;
+  const double variance = std::max(0.0, shortest.variance - kQuantisation);
+  const double sigma = std::sqrt(variance) / k;
+  out.dark_noise_e = {sigma, std::hypot(sigma * relative_k, sigma > 0 ? u_variance(shortest) / (2 * sigma * k * k)
+                                                                      : std::sqrt(kQuantisation) / k)};
+  if (!bias) return;
+  out.dark_current_e_per_s = {bias->slope.value / k, std::hypot(bias->slope.u / k, bias->slope.value / k * relative_k)};
 }
 
 Grid<double> mean_frame(std::span<const Frame> frames) {
@@ -154,12 +220,6 @@ Grid<double> mean_frame(std::span<const Frame> frames) {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] += f.dn[i] / static_cast<double>(frames.size());
   }
   return out;
-}
-
-double median_of(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
 }
 
 // Which values stand within kOutlierSigmas robust standard deviations.
@@ -262,6 +322,43 @@ void linearity(PhotonTransfer& out, double saturation_dn, double pixels) {
   out.largest_deviation = largest;
 }
 
+std::array<double, 4> moments_of(std::span<const Frame> frames, double bias_dn) {
+  std::array<double, 4> sum{};
+  double count = 0;
+  for (const Frame& f : frames) {
+    for (const float v : f.dn) {
+      const double x = static_cast<double>(v) - bias_dn, x2 = x * x;
+      sum[0] += x;
+      sum[1] += x2;
+      sum[2] += x2 * x;
+      sum[3] += x2 * x2;
+    }
+    count += static_cast<double>(f.dn.size());
+  }
+  for (double& s : sum) s /= count;
+  return sum;
+}
+
+void correction(PhotonTransfer& out, std::span<const TransferLevel> levels, double saturation_dn) {
+  std::vector<LinearityPoint> points;
+  const double range = saturation_dn - out.bias_dn.value;
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const TransferPoint& p = out.points[i];
+    const double signal = p.mean_dn - p.dark_mean_dn;
+    if (signal < kLinearLow * range || signal > kLinearHigh * range || p.saturated > kMostSaturated) continue;
+    LinearityPoint point{p.exposure_s, moments_of(levels[i].flats, out.bias_dn.value), 0};
+    const std::array<double, 4> dark = moments_of(levels[i].darks, out.bias_dn.value);
+    for (std::size_t k = 0; k < dark.size(); ++k) point.moment[k] -= dark[k];
+    const double values = static_cast<double>(levels[i].flats.size() * levels[i].flats.front().dn.size());
+    point.u_relative = std::sqrt(p.variance_dn2 / values) / signal;
+    points.push_back(point);
+  }
+  const std::optional<LinearityFit> fit = fit_linearity(points, range);
+  if (!fit) return;
+  out.linearity = fit->coefficients;
+  out.nonlinearity_left = fit->left();
+}
+
 }  // namespace
 
 PhotonTransfer photon_transfer(std::span<const TransferLevel> given, std::optional<double> stated_saturation_dn) {
@@ -272,13 +369,16 @@ PhotonTransfer photon_transfer(std::span<const TransferLevel> given, std::option
   for (const TransferLevel& l : levels) {
     const Temporal flat = temporal(l.flats), dark = temporal(l.darks);
     out.points.push_back({l.exposure_s, flat.mean, flat.variance, dark.mean, dark.variance,
-                          std::hypot(u_variance(flat), u_variance(dark)), false});
+                          std::hypot(u_variance(flat), u_variance(dark)), 0, false});
   }
-  out.saturation_dn = saturation_of(out.points);
+  out.saturation_dn = saturation_of(out, levels);
   const double saturation = out.saturation_dn.value_or(stated_saturation_dn.value_or(out.points.back().mean_dn));
+  count_saturated(out, levels, saturation);
   const double pixels = static_cast<double>(levels.front().flats.front().dn.size());
+  const std::optional<Line> bias = fit_bias(out, pixels);
+  correction(out, levels, saturation);
   fit_gain(out, saturation);
-  fit_dark(out, temporal(levels.front().darks), pixels);
+  fit_dark(out, temporal(levels.front().darks), bias);
   non_uniformity(out, levels, saturation);
   linearity(out, saturation, pixels);
   return out;

@@ -20,6 +20,7 @@ struct TransferPoint {
   double mean_dn = 0, variance_dn2 = 0;            ///< of the flats
   double dark_mean_dn = 0, dark_variance_dn2 = 0;  ///< of the darks
   double u_variance_dn2 = 0;                       ///< of variance − dark variance
+  double saturated = 0;                            ///< share of the flats' values at or above saturation
   bool used = false;                               ///< in the fit of the gain
 };
 
@@ -31,9 +32,10 @@ struct Estimate {
 /// A sensor characterised as EMVA 1288 release 3.1 names its numbers.
 struct PhotonTransfer {
   std::vector<TransferPoint> points;  ///< ascending exposure
-  Estimate gain_dn_per_e;             ///< K: slope of variance against mean, both above dark, up to 70 % of saturation
-  Estimate dark_noise_e;              ///< sigma_d: temporal, without quantisation, at the shortest exposure
-  std::optional<double> saturation_dn;  ///< mean count at which the variance is largest; absent if it never fell
+  Estimate gain_dn_per_e;  ///< K: slope of variance against mean, both above dark and linearised, up to 70 % of
+                           ///< saturation
+  Estimate dark_noise_e;   ///< sigma_d: temporal, without quantisation, at the shortest exposure
+  std::optional<double> saturation_dn;           ///< see photon_transfer; absent if the variance never fell
   std::optional<Estimate> dark_current_e_per_s;  ///< from three or more exposure times
   Estimate bias_dn;  ///< mean dark at no exposure (shortest exposure's with fewer than three times)
   Estimate dsnu_e;   ///< DSNU1288: spatial standard deviation of the dark signal
@@ -41,11 +43,22 @@ struct PhotonTransfer {
   std::optional<Estimate>
       linearity_error;  ///< LE: mean relative deviation from the straight line, 5 to 95 % of saturation
   std::optional<double> largest_deviation;  ///< the largest of them
+  std::vector<double> linearity;            ///< SensorModel::linearity that makes the flats proportional to time
+  std::optional<double> nonlinearity_left;  ///< relative half width, between any two levels, with `linearity` applied
   double chi_squared = 0;                   ///< per degree of freedom of the gain's fit
 };
 
-/// Characterises a sensor from its frames. The slow variation of the light over the frame (a quadratic surface) is
-/// taken out of PRNU. Spatial numbers leave out pixels further than 6 robust standard deviations from the median.
+/// A converter's ceiling is seen where at least this share of a bright flat's values is one and the same, ...
+inline constexpr double kCeilingShare = 0.5;
+/// ... and counts are good up to this many standard deviations of one frame's noise below it: higher, noise is cut.
+inline constexpr double kCeilingSigmas = 4;
+/// A level with more saturated values is left out of the linearity.
+inline constexpr double kMostSaturated = 1e-3;
+
+/// Characterises a sensor from its frames. Saturation is the converter's ceiling less kCeilingSigmas where flats reach
+/// it; else (a full well) the mean at which the variance is largest, as EMVA 1288 has it.  The slow variation of the
+/// light over the frame (a quadratic surface) is taken out of PRNU. Spatial numbers leave out pixels further than 6
+/// robust standard deviations from the median.
 /// @param stated_saturation_dn used where the frames do not reach saturation
 /// @throws Error for fewer than two flats or darks at a level, fewer than two usable levels, frames of different
 /// shapes, or a
