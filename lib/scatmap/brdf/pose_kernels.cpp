@@ -40,20 +40,24 @@ SCATMAP_CLONES bool form_squares(const RowForm& form, double per_column, const G
   const double *above = f.above + first_column, *here = f.here + first_column, *below = f.below + first_column;
   float* to = out + first_column;
   int any = 0;
+  SCATMAP_INDEPENDENT
   for (int i = 0; i < n; ++i) {
     const double s =
         square_of(q, i * per_column, here[i], 0.5 * (here[i + 1] - here[i - 1]), 0.5 * (below[i] - above[i]));
     to[i] = static_cast<float>(s > 0 ? s : 0 * s);  // rounding may leave a hair below 0; NaN stays
   }
+  SCATMAP_INDEPENDENT
   for (int i = 0; i < n; ++i) any |= to[i] != to[i] ? 1 : 0;
   return any != 0;
 }
 
 SCATMAP_CLONES void square_roots(int pixels, float* square) {
+  SCATMAP_INDEPENDENT
   for (int i = 0; i < pixels; ++i) square[i] = std::sqrt(square[i]);
 }
 
 SCATMAP_CLONES void pose_and_total(int pixels, const float* u_random, float* square, float* u_total) {
+  SCATMAP_INDEPENDENT
   for (int i = 0; i < pixels; ++i) {
     const float s = square[i];
     u_total[i] = std::sqrt(u_random[i] * u_random[i] + s);
