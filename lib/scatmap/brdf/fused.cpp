@@ -59,7 +59,7 @@ class Band {
     const int window_first = first_ - kGradient - kWindowReach, window_last = last_ + kGradient + kWindowReach;
     for (int row = window_first - kBloom1; row < window_last + kBloom1; ++row) {
       reduce_row(row);
-      if (row - 1 >= window_first) scale(row - 1);
+      if (row - 1 >= window_first) clean(row - 1);
       const int middle = row - 1 - kWindowReach;
       if (middle >= first_ - kGradient) finish(middle);
       if (middle - kGradient >= first_) add_pose(middle - kGradient);
@@ -69,22 +69,18 @@ class Band {
  private:
   bool on_frame(int row) const { return row >= 0 && row < rows_; }
   bool in_band(int row) const { return row >= first_ && row < last_; }
-  CountsRow counts(int row) {
-    return {rate_.at(row), frame_floor_.at(row), count_shot_.at(row), dark_floor_.at(row), mask_.at(row)};
-  }
-  ScaledRow scaled(int row) { return {value_.at(row), floor_.at(row), shot_.at(row), good_.at(row)}; }
 
   void reduce_row(int row) {
     if (!on_frame(row)) {
       mask_.clear(row);
       return;
     }
-    reducer_.row(row, counts(row), scratch_);
+    reducer_.row(row, {value_.at(row), floor_.at(row), shot_.at(row), nullptr, mask_.at(row)}, scratch_);
     spills_.at(static_cast<std::size_t>(row + 3) % 3) =
         spills_charge({mask_.at(row), static_cast<std::size_t>(columns_)});
   }
 
-  void scale(int row) {
+  void clean(int row) {
     if (!on_frame(row)) {
       value_.clear(row);
       good_.clear(row);
@@ -96,7 +92,7 @@ class Band {
         mark_bloom({mask_.at(from), width}, {mask_.at(row), width});
     }
     odd_.at(static_cast<std::size_t>(row) % kWindowRows) =
-        scale_row(counts(row), frames_.factor, columns_, scaled(row));
+        clean_row(mask_.at(row), columns_, value_.at(row), good_.at(row));
   }
 
   // A row's map; rows beside the band only for the gradient.
@@ -117,7 +113,8 @@ class Band {
     const bool all_seen = fill_inverse(row, mask);
     const BrdfRow to{kept ? out_.brdf_per_sr.row(row).data() : unused_f_.data(),
                      kept ? out_.u_random_per_sr.row(row).data() : unused_u_.data(), expected_f};
-    const bool infinite = brdf_row(scaled(row), expected_.at(row), inverse_.data(), columns_, to);
+    const bool infinite =
+        brdf_row({value_.at(row), expected_.at(row), floor_.at(row), shot_.at(row), inverse_.data()}, columns_, to);
     if (infinite || !all_seen || odd_.at(static_cast<std::size_t>(row) % kWindowRows)) mask_row(mask, to);
     if (!kept) return;
     std::copy_n(mask, columns_, out_.mask.row(row).data());
@@ -182,12 +179,10 @@ class Band {
   std::vector<PoseTiles::Tile> tiles_;
   std::array<bool, 3> spills_{};
   std::array<bool, kWindowRows> odd_{};  // pixels of mask 0 without a finite value
-  RowRing<double, 3> rate_{columns_, 0, 0.0};
-  RowRing<float, 3> frame_floor_{columns_, 0, 0.f}, count_shot_{columns_, 0, 0.f}, dark_floor_{columns_, 0, 0.f};
   RowRing<Mask, 6> mask_{columns_, 0, Mask{0}};
-  RowRing<double, kWindowRows> value_{columns_, kWindowReach, 0.0};
-  RowRing<std::uint8_t, kWindowRows> good_{columns_, kWindowReach, std::uint8_t{0}};
-  RowRing<float, kWindowRows> floor_{columns_, 0, 0.f}, shot_{columns_, 0, 0.f};
+  RowRing<double, kWindowRows + 1> value_{columns_, kWindowReach, 0.0};
+  RowRing<std::uint8_t, kWindowRows + 1> good_{columns_, kWindowReach, std::uint8_t{0}};
+  RowRing<float, kWindowRows + 1> floor_{columns_, 0, 0.f}, shot_{columns_, 0, 0.f};
   RowRing<double, 1> expected_{columns_, 0, 0.0};
   RowRing<double, 3> expected_f_{columns_, 1, kNaN};
   std::vector<double> inverse_, unused_f_;
@@ -207,7 +202,8 @@ void shape(Grid<T>& plane, int rows, int columns, bool wanted) {
 
 void fused_map(const FusedFrames& frames, const FusedGeometry& geometry, const FusedOptions& options,
                FusedPlanes& out) {
-  const RowReducer reducer(frames.frames, frames.dark, frames.sensor, frames.response, frames.exposure_s);
+  const RowReducer reducer(frames.frames, frames.dark, frames.sensor, frames.response, frames.exposure_s,
+                           frames.factor);
   const int rows = frames.dark.level_dn.rows(), columns = frames.dark.level_dn.columns();
   shape(out.brdf_per_sr, rows, columns, true);
   shape(out.u_random_per_sr, rows, columns, true);

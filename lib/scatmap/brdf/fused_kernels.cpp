@@ -65,26 +65,9 @@ double estimate_with(const Neighbours& s, int count, double own, double floor, d
 
 }  // namespace
 
-SCATMAP_CLONES bool scale_row(const CountsRow& counts, double factor, int pixels, const ScaledRow& out) {
-  const double factor2 = factor * factor;
-  const double* rate = counts.rate_dn_per_s;
-  const float *frame_floor = counts.frame_floor, *dark_floor = counts.dark_floor, *count_shot = counts.shot;
-  const Mask* mask = counts.mask;
-  double* value = out.value;
-  float *floor = out.floor, *shot = out.shot;
-  std::uint8_t* good = out.good;
+SCATMAP_CLONES bool clean_row(const Mask* mask, int pixels, double* value, std::uint8_t* good) {
   SCATMAP_INDEPENDENT
-  for (int i = 0; i < pixels; ++i) {
-    floor[i] = static_cast<float>(static_cast<double>(frame_floor[i]) * factor2 +
-                                  static_cast<double>(dark_floor[i]) * factor2);
-    shot[i] = static_cast<float>(static_cast<double>(count_shot[i]) * factor);
-  }
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < pixels; ++i) {
-    const double v = rate[i] * factor;
-    value[i] = v;
-    good[i] = std::abs(v) <= kLargest ? 1 : 0;
-  }
+  for (int i = 0; i < pixels; ++i) good[i] = std::abs(value[i]) <= kLargest ? 1 : 0;
   std::uint8_t odd = 0;
   SCATMAP_INDEPENDENT
   for (int i = 0; i < pixels; ++i) {
@@ -155,10 +138,9 @@ SCATMAP_CLONES void inverse_projected_row(const GeometryRow& row, int pixels, do
   }
 }
 
-SCATMAP_CLONES bool brdf_row(const ScaledRow& counts, const double* expected, const double* inverse_projected,
-                             int pixels, const BrdfRow& out) {
-  const double* value = counts.value;
-  const float *floor = counts.floor, *shot = counts.shot;
+SCATMAP_CLONES bool brdf_row(const CleanRow& in, int pixels, const BrdfRow& out) {
+  const double *value = in.value, *expected = in.expected, *inverse_projected = in.inverse_projected;
+  const float *floor = in.floor, *shot = in.shot;
   double *brdf = out.brdf_per_sr, *expected_f = out.expected_per_sr;
   float* u_random = out.u_random_per_sr;
   SCATMAP_INDEPENDENT

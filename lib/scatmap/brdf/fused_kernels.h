@@ -12,17 +12,9 @@ namespace scatmap {
 inline constexpr int kWindowReach = 2;
 inline constexpr int kWindowRows = 2 * kWindowReach + 1;
 
-/// A row of counts on the map's scale, before the geometry.
-struct ScaledRow {
-  double* value;       ///< map units; 0 where not good
-  float* floor;        ///< variance at zero signal
-  float* shot;         ///< variance per unit of signal
-  std::uint8_t* good;  ///< 1: mask 0 and value finite
-};
-
-/// value = rate·factor, floor = (frame_floor + dark_floor)·factor², shot = shot·factor. @return whether any pixel of
-/// mask 0 has no finite value
-bool scale_row(const CountsRow& counts, double factor, int pixels, const ScaledRow& out);
+/// Sets pixels that are not good to 0. @param good 1: mask 0 and value finite. @return whether any pixel of mask 0 has
+/// no finite value
+bool clean_row(const Mask* mask, int pixels, double* value, std::uint8_t* good);
 
 /// Rows of a 5 × 5 window; [kWindowReach] is the row in hand. Rows off the frame are zeros.
 struct WindowRows {
@@ -33,7 +25,7 @@ struct WindowRows {
 /// expected_signal() along a row; NaN where the pixel is not good.
 void expected_row(const WindowRows& rows, const float* floor, const float* shot, int pixels, double* expected);
 
-/// What divides a row of counts into BRDF.
+/// Rays along one row of a flat detector.
 struct GeometryRow {
   double x, y, z;                 ///< vector from the spot to the row's first pixel, m
   double x_step, y_step, z_step;  ///< per column
@@ -45,6 +37,15 @@ GeometryRow geometry_row(const SampleView& view, int row);
 /// 1/(Ω cos theta_s) = |D|⁴/(area (nd·D)(n·D)) along a row: no angle and no root is needed.
 void inverse_projected_row(const GeometryRow& g, int pixels, double* out);
 
+/// What a row of the map is made of: map units before the geometry.
+struct CleanRow {
+  const double* value;
+  const double* expected;  ///< NaN where not good
+  const float* floor;      ///< variance at zero signal
+  const float* shot;       ///< variance per unit of signal
+  const double* inverse_projected;
+};
+
 /// Where a finished row goes; the pointers are to column 0.
 struct BrdfRow {
   double* brdf_per_sr;
@@ -52,8 +53,7 @@ struct BrdfRow {
   double* expected_per_sr;  ///< NaN where the map is
 };
 
-/// Divides by Ω cos theta_s; NaN where not good. @return whether any good pixel gave no finite value
-bool brdf_row(const ScaledRow& counts, const double* expected, const double* inverse_projected, int pixels,
-              const BrdfRow& out);
+/// Divides by Ω cos theta_s; NaN where not good. @return whether any good pixel gave an infinite value
+bool brdf_row(const CleanRow& in, int pixels, const BrdfRow& out);
 
 }  // namespace scatmap

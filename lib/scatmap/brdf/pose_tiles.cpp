@@ -9,37 +9,22 @@
 namespace scatmap {
 namespace {
 
-struct Slope {
-  double x, y;
-};
-
-// Everything about one pixel that does not depend on which parameter changes.
-struct PixelState {
-  Vector3<double> ray, v, half_sum;
-  double r, r2, facing;
-  Slope per_column, per_row;
-  double determinant;
-};
-
-// Change of the half vector's slopes (ux/uz, uy/uz), u = b + v, when the ray changes by d_ray and b by d_source.
-Slope slope_change(const PixelState& p, const Vector3<double>& d_ray, const Vector3<double>& d_source) {
-  const Vector3<double>& u = p.half_sum;
-  const Vector3<double> du = (d_ray - p.v * p.v.dot(d_ray)) / p.r + d_source;
-  return {(du.x() - u.x() / u.z() * du.z()) / u.z(), (du.y() - u.y() / u.z() * du.z()) / u.z()};
-}
-
 PixelState pixel_state(const SampleView& view, double row, double column) {
-  PixelState p;
-  p.ray = view.pixel(column, row);
-  p.r2 = p.ray.squaredNorm();
-  p.r = std::sqrt(p.r2);
-  p.v = p.ray / p.r;
-  p.half_sum = view.to_source + p.v;
-  p.facing = view.detector_normal.dot(p.ray);
-  p.per_column = slope_change(p, view.column_step, Vector3<double>::Zero());
-  p.per_row = slope_change(p, view.row_step, Vector3<double>::Zero());
-  p.determinant = p.per_column.x * p.per_row.y - p.per_column.y * p.per_row.x;
-  return p;
+  const Vector3<double> ray = view.pixel(column, row), n = view.detector_normal;
+  const double r2 = ray.squaredNorm(), r = std::sqrt(r2);
+  const Vector3<double> v = ray / r, u = view.to_source + v;
+  // Change of the half vector's slopes along a step of the ray.
+  const auto slopes = [&](const Vector3<double>& step) {
+    const Vector3<double> du = (step - v * v.dot(step)) / r;
+    return Eigen::Vector2d((du.x() - u.x() / u.z() * du.z()) / u.z(), (du.y() - u.y() / u.z() * du.z()) / u.z());
+  };
+  Eigen::Vector2d per_column = slopes(view.column_step), per_row = slopes(view.row_step);
+  const double determinant = per_column.x() * per_row.y() - per_column.y() * per_row.x();
+  per_column /= determinant;
+  per_row /= determinant;
+  return {row,   column,        ray.x(),        ray.y(),        ray.z(),        v.x(),       v.y(),
+          v.z(), u.x() / u.z(), u.y() / u.z(),  1 / r,          1 / r2,         1 / u.z(),   n.x(),
+          n.y(), n.z(),         1 / n.dot(ray), per_column.x(), per_column.y(), per_row.x(), per_row.y()};
 }
 
 // Near the horizon, or seen from close by, 1/cos theta_s and the distance change too fast for a parabola.
@@ -76,41 +61,42 @@ Gradient gradient_at(const GradientRows& rows, int column) {
           difference(rows.above[column], here, rows.below[column])};
 }
 
-void pose_actions(const SampleView& view, const std::vector<ViewChange>& changes, double row, double column,
-                  PoseAction* actions) {
-  const PixelState p = pixel_state(view, row, column);
-  for (std::size_t k = 0; k < changes.size(); ++k) {
+ChangeRows::ChangeRows(const std::vector<ViewChange>& changes) : size_(changes.size()), data_(kNumbers * size_) {
+  for (std::size_t k = 0; k < size_; ++k) {
     const ViewChange& change = changes[k];
-    const Vector3<double> d_ray = change.of_pixel(column, row);
-    const double along = p.ray.dot(d_ray) / p.r2;
-    const double d_ln_omega =
-        change.ln_area + (change.detector_normal.dot(p.ray) + view.detector_normal.dot(d_ray)) / p.facing - 3 * along;
-    const double d_ln_cos = d_ray.z() / p.ray.z() - along;
-    const Slope s = slope_change(p, d_ray, change.to_source);
-    actions[k] = {d_ln_omega + d_ln_cos, (s.x * p.per_row.y - s.y * p.per_row.x) / p.determinant,
-                  (p.per_column.x * s.y - p.per_column.y * s.x) / p.determinant};
+    std::size_t number = 0;
+    for (const auto* vector :
+         {&change.origin, &change.column_step, &change.row_step, &change.detector_normal, &change.to_source}) {
+      for (const double value : *vector) data_[number++ * size_ + k] = value;
+    }
+    data_[number * size_ + k] = change.ln_area;
   }
 }
 
-PoseTiles::PoseTiles(const SampleView& view, std::vector<ViewChange> changes, int rows, int columns)
-    : view_(view), changes_(std::move(changes)), rows_(rows), columns_(columns) {}
+void pose_actions(const SampleView& view, const ChangeRows& changes, double row, double column, PoseActions& actions) {
+  fill_actions(pixel_state(view, row, column), changes, actions);
+}
+
+PoseTiles::PoseTiles(const SampleView& view, const std::vector<ViewChange>& changes, int rows, int columns)
+    : view_(view), changes_(changes), rows_(rows), columns_(columns) {}
 
 void PoseTiles::fill_form(Tile& tile, int first_row, int last_row) const {
   std::array<std::array<std::array<double, 8>, 3>, 3> node{};  // [row][column][coefficient]
-  std::vector<PoseAction> actions(changes_.size());
+  PoseActions actions(changes_.size());
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       pose_actions(view_, changes_, first_row + 0.5 * static_cast<double>(i) * (last_row - 1 - first_row),
                    tile.first_column + 0.5 * static_cast<double>(j) * (tile.last_column - 1 - tile.first_column),
-                   actions.data());
+                   actions);
       auto& q = node[i][j];
-      for (const PoseAction& a : actions) {
-        q[0] += a.relative * a.relative;
-        q[1] += 2 * a.relative * a.columns;
-        q[2] += 2 * a.relative * a.rows;
-        q[3] += a.columns * a.columns;
-        q[4] += 2 * a.columns * a.rows;
-        q[5] += a.rows * a.rows;
+      for (std::size_t k = 0; k < changes_.size(); ++k) {
+        const double relative = actions.relative[k], columns = actions.columns[k], rows = actions.rows[k];
+        q[0] += relative * relative;
+        q[1] += 2 * relative * columns;
+        q[2] += 2 * relative * rows;
+        q[3] += columns * columns;
+        q[4] += 2 * columns * rows;
+        q[5] += rows * rows;
       }
     }
   }
@@ -139,11 +125,11 @@ std::vector<PoseTiles::Tile> PoseTiles::band(int index) const {
 
 double PoseTiles::exact_square(int row, int column, const Gradient& g) const {
   if (std::isnan(g.f)) return g.f;
-  std::vector<PoseAction> actions(changes_.size());
-  pose_actions(view_, changes_, row, column, actions.data());
+  PoseActions actions(changes_.size());
+  pose_actions(view_, changes_, row, column, actions);
   double sum = 0;
-  for (const PoseAction& a : actions) {
-    const double s = g.f * a.relative + g.per_column * a.columns + g.per_row * a.rows;
+  for (std::size_t k = 0; k < changes_.size(); ++k) {
+    const double s = g.f * actions.relative[k] + g.per_column * actions.columns[k] + g.per_row * actions.rows[k];
     sum += s * s;
   }
   return sum;
@@ -158,14 +144,13 @@ void PoseTiles::squares(const std::vector<Tile>& band, int row, const GradientRo
         out[c] = static_cast<float>(exact_square(row, c, gradient_at(f, c)));
       continue;
     }
-    const double per_column = per_step(tile.first_column, tile.last_column);
+    const auto per_column = static_cast<float>(per_step(tile.first_column, tile.last_column));
     RowForm form;
     row_form(tile, t, form);
     if (!form_squares(form, per_column, f, tile.first_column, tile.last_column, out)) continue;
     for (int c = tile.first_column; c < tile.last_column; ++c) {  // beside a NaN: with what neighbours there are
       if (!std::isnan(out[c])) continue;
-      const double s = form_square(form, (c - tile.first_column) * per_column, gradient_at(f, c));
-      out[c] = static_cast<float>(s > 0 ? s : 0 * s);
+      out[c] = form_square(form, static_cast<float>(c - tile.first_column) * per_column, gradient_at(f, c));
     }
   }
 }

@@ -24,14 +24,27 @@ struct Gradient {
 /// f and its slopes per pixel at a column: central differences, one-sided beside a NaN, 0 without neighbours.
 Gradient gradient_at(const GradientRows& rows, int column);
 
-/// How one change of the geometry acts on a pixel: f changes by f·relative + per_column·columns + per_row·rows.
-struct PoseAction {
-  double relative, columns, rows;
+/// The changes of the geometry with each number in a row of its own, as vector loops want them.
+class ChangeRows {
+ public:
+  static constexpr std::size_t kNumbers = 16;  ///< origin, column_step, row_step, normal, to_source, ln_area
+  explicit ChangeRows(const std::vector<ViewChange>& changes);
+  std::size_t size() const { return size_; }
+  const double* row(std::size_t number) const { return data_.data() + number * size_; }
+
+ private:
+  std::size_t size_;
+  std::vector<double> data_;
 };
 
-/// Actions of all changes at a pixel position. `actions` of size changes.size().
-void pose_actions(const SampleView& view, const std::vector<ViewChange>& changes, double row, double column,
-                  PoseAction* actions);
+/// How each change acts on a pixel: f changes by f·relative + per_column·columns + per_row·rows.
+struct PoseActions {
+  explicit PoseActions(std::size_t changes) : relative(changes), columns(changes), rows(changes) {}
+  std::vector<double> relative, columns, rows;
+};
+
+/// Fills `actions` for a pixel position.
+void pose_actions(const SampleView& view, const ChangeRows& changes, double row, double column, PoseActions& actions);
 
 /// u_pose row by row (pose_uncertainty.h). The norm over all changes is a quadratic form in (f, per_column, per_row)
 /// whose six coefficients vary smoothly over the detector: exact at nine points of a tile, biquadratic in between,
@@ -39,7 +52,7 @@ void pose_actions(const SampleView& view, const std::vector<ViewChange>& changes
 class PoseTiles {
  public:
   /// @param changes not empty
-  PoseTiles(const SampleView& view, std::vector<ViewChange> changes, int rows, int columns);
+  PoseTiles(const SampleView& view, const std::vector<ViewChange>& changes, int rows, int columns);
 
   struct Tile {
     int first_column, last_column;  ///< last: one past
@@ -59,7 +72,7 @@ class PoseTiles {
   double exact_square(int row, int column, const Gradient& g) const;
 
   SampleView view_;
-  std::vector<ViewChange> changes_;
+  ChangeRows changes_;
   int rows_, columns_;
 };
 

@@ -52,14 +52,14 @@ class PaddedRows {
 
 struct PoseSensitivities::Parts {
   SampleView view;
-  std::vector<ViewChange> changes;
+  ChangeRows changes;
   const Grid<double>& expected;
 };
 
 PoseSensitivities::PoseSensitivities(const Instrument& instrument, const Pose& pose,
                                      const Grid<double>& expected_per_sr)
     : parts_(std::make_unique<Parts>(
-          Parts{sample_view(instrument, pose), calibration_changes(instrument, pose), expected_per_sr})) {}
+          Parts{sample_view(instrument, pose), ChangeRows(calibration_changes(instrument, pose)), expected_per_sr})) {}
 
 PoseSensitivities::~PoseSensitivities() = default;
 
@@ -75,10 +75,10 @@ void PoseSensitivities::at(int row, int column, std::span<double> out) const {
     }
   }
   const Gradient g = gradient_at({near[0] + 1, near[1] + 1, near[2] + 1}, 0);
-  std::vector<PoseAction> actions(out.size());
-  pose_actions(parts_->view, parts_->changes, row, column, actions.data());
+  PoseActions actions(out.size());
+  pose_actions(parts_->view, parts_->changes, row, column, actions);
   for (std::size_t k = 0; k < out.size(); ++k)
-    out[k] = g.f * actions[k].relative + g.per_column * actions[k].columns + g.per_row * actions[k].rows;
+    out[k] = g.f * actions.relative[k] + g.per_column * actions.columns[k] + g.per_row * actions.rows[k];
 }
 
 std::optional<Grid<float>> pose_uncertainty(const Instrument& instrument, const Pose& pose,

@@ -78,8 +78,6 @@ void mask_bloom(Grid<Mask>& mask) {
 
 }  // namespace
 
-bool spills_charge(std::span<const Mask> row) { return std::any_of(row.begin(), row.end(), spills); }
-
 void mark_bloom(std::span<const Mask> from, std::span<Mask> onto) {
   for (std::size_t c = 0; c < from.size(); ++c) {
     if (!spills(from[c])) continue;
@@ -90,8 +88,8 @@ void mark_bloom(std::span<const Mask> from, std::span<Mask> onto) {
 }
 
 RowReducer::RowReducer(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor,
-                       const PixelResponse& response, double exposure_s)
-    : frames_(frames), dark_(dark), sensor_(sensor), response_(response), exposure_s_(exposure_s) {
+                       const PixelResponse& response, double exposure_s, double factor)
+    : frames_(frames), dark_(dark), sensor_(sensor), response_(response), exposure_s_(exposure_s / factor) {
   check_frames(frames, dark, exposure_s);
 }
 
@@ -104,8 +102,10 @@ std::size_t RowReducer::judge(int row, int column, std::vector<double>& values, 
   if (m.count == 0 && (mask & kNoData) == 0) mask |= kCosmic;
   const double flat = response_.flat.empty() ? 1 : response_.flat(row, column);
   const double per_s = 1 / (exposure_s_ * flat), n = m.count;
-  out.rate_dn_per_s[column] = (m.mean_dn - dark) * per_s;
-  out.frame_floor[column] = static_cast<float>(single / n * per_s * per_s);
+  out.rate[column] = (m.mean_dn - dark) * per_s;
+  const double frame_floor = single / n * per_s * per_s;
+  const double dark_floor = dark_.level_variance_dn2(row, column) * per_s * per_s;
+  out.frame_floor[column] = static_cast<float>(out.dark_floor == nullptr ? frame_floor + dark_floor : frame_floor);
   out.shot[column] = static_cast<float>(per_s / (sensor_.gain_e_per_dn * n));
   return values.size() - static_cast<std::size_t>(m.count);
 }
@@ -129,7 +129,8 @@ std::size_t RowReducer::row(int row, const CountsRow& out, Scratch& scratch) con
                          &dark_.mask(row, c),
                          response_.bad.empty() ? nullptr : &response_.bad(row, c),
                          response_.flat.empty() ? nullptr : &response_.flat(row, c)};
-    const CountsRow strip{out.rate_dn_per_s + c, out.frame_floor + c, out.shot + c, out.dark_floor + c, out.mask + c};
+    const CountsRow strip{out.rate + c, out.frame_floor + c, out.shot + c,
+                          out.dark_floor == nullptr ? nullptr : out.dark_floor + c, out.mask + c};
     if (!reduce_strip(*scratch.sums, in, k, pixels, strip)) continue;
     for (int i = 0; i < pixels; ++i) {
       if (scratch.sums->doubtful[i] != 0) rejected += judge(row, c + i, scratch.values, out);

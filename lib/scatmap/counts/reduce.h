@@ -38,9 +38,10 @@ Counts reduce(std::span<const Frame> frames, const MasterDark& dark, const Senso
 /// The same row by row, for passes that keep no whole frames: all of Counts but kBloom.
 class RowReducer {
  public:
-  /// Arguments must outlive this. @throws Error as reduce
+  /// Arguments must outlive this. @param factor multiplies the rate: map units per DN/s, say (variances follow)
+  /// @throws Error as reduce
   RowReducer(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor,
-             const PixelResponse& response, double exposure_s);
+             const PixelResponse& response, double exposure_s, double factor = 1);
 
   /// One per thread.
   struct Scratch {
@@ -58,12 +59,9 @@ class RowReducer {
   const MasterDark& dark_;
   const SensorModel& sensor_;
   const PixelResponse& response_;
-  double exposure_s_;
+  double exposure_s_;  ///< over the factor
 };
 
-/// Whether a row of masks holds a pixel that light has saturated: its charge spills into its neighbours. A hot pixel is
-/// alone.
-bool spills_charge(std::span<const Mask> row);
 /// Marks kBloom on the neighbours, in the row `onto`, of what spills in the row `from` (the same row or one beside it).
 void mark_bloom(std::span<const Mask> from, std::span<Mask> onto);
 

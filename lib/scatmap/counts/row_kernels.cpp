@@ -49,12 +49,21 @@ SCATMAP_INLINE void sum(std::span<const float* const> raw, int n, const SensorMo
   for (int i = 0; i < n; ++i) s.mask[i] = 0;
   linearise(raw[0], n, sensor, s.first);
   mark_raw(raw[0], n, saturation, s.mask);
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < n; ++i) s.sum[i] = s.least[i] = s.largest[i] = s.square[i] = 0;
   alignas(64) double value[kStrip];
   for (std::size_t k = 1; k < raw.size(); ++k) {
     linearise(raw[k], n, sensor, value);
     mark_raw(raw[k], n, saturation, s.mask);
+    if (k == 1) {
+      SCATMAP_INDEPENDENT
+      for (int i = 0; i < n; ++i) {
+        const double d = value[i] - s.first[i];
+        s.sum[i] = d;
+        s.least[i] = d < 0 ? d : 0;
+        s.largest[i] = d > 0 ? d : 0;
+        if constexpr (kDarks) s.square[i] = d * d;
+      }
+      continue;
+    }
     SCATMAP_INDEPENDENT
     for (int i = 0; i < n; ++i) {
       const double d = value[i] - s.first[i];
@@ -69,20 +78,37 @@ SCATMAP_INLINE void sum(std::span<const float* const> raw, int n, const SensorMo
 // A hair below 1: rounding must not pass what the judge would reject.
 constexpr double kCautious = 1 - 1e-9;
 
-template <bool kFlat>
+template <bool kFlat, bool kOne>
 SCATMAP_INLINE void mean_rate(const StripSums& s, const StripInputs& in, const ReduceConstants& k, int n,
                               const CountsRow& out) {
   const double per_frame = 1 / k.frames, exposure_s = k.exposure_s, gain = k.gain_e_per_dn;
   const float *level = in.dark_level, *single = in.single_variance, *of_level = in.level_variance, *flat = in.flat;
-  double* rate = out.rate_dn_per_s;
+  double* rate = out.rate;
   float *frame_floor = out.frame_floor, *shot = out.shot, *dark_floor = out.dark_floor;
+  const auto per_s_at = [=](int i) {
+    if constexpr (kFlat) return 1 / (exposure_s * static_cast<double>(flat[i]));
+    return 1 / exposure_s;
+  };
   SCATMAP_INDEPENDENT
   for (int i = 0; i < n; ++i) {
-    double per_s = 1 / exposure_s;
-    if constexpr (kFlat) per_s = 1 / (exposure_s * static_cast<double>(flat[i]));
-    rate[i] = (s.first[i] + s.sum[i] * per_frame - static_cast<double>(level[i])) * per_s;
-    frame_floor[i] = static_cast<float>(static_cast<double>(single[i]) * (per_frame * (per_s * per_s)));
+    const double per_s = per_s_at(i);
+    const double mean = kOne ? s.first[i] : s.first[i] + s.sum[i] * per_frame;
+    rate[i] = (mean - static_cast<double>(level[i])) * per_s;
     shot[i] = static_cast<float>(per_s / gain * per_frame);
+  }
+  if (dark_floor == nullptr) {
+    SCATMAP_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+      const double per_s = per_s_at(i),
+                   both = static_cast<double>(single[i]) * per_frame + static_cast<double>(of_level[i]);
+      frame_floor[i] = static_cast<float>(both * (per_s * per_s));
+    }
+    return;
+  }
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < n; ++i) {
+    const double per_s = per_s_at(i);
+    frame_floor[i] = static_cast<float>(static_cast<double>(single[i]) * (per_frame * (per_s * per_s)));
     dark_floor[i] = static_cast<float>(static_cast<double>(of_level[i]) * (per_s * per_s));
   }
 }
@@ -137,7 +163,12 @@ SCATMAP_CLONES void sum_darks(std::span<const float* const> raw, int pixels, con
 SCATMAP_CLONES bool reduce_strip(StripSums& sums, const StripInputs& in, const ReduceConstants& k, int pixels,
                                  const CountsRow& out) {
   response_mask(in, sums.mask, pixels, out.mask);
-  in.flat != nullptr ? mean_rate<true>(sums, in, k, pixels, out) : mean_rate<false>(sums, in, k, pixels, out);
+  const bool flat = in.flat != nullptr, one = k.frames < 2;
+  if (flat) {
+    one ? mean_rate<true, true>(sums, in, k, pixels, out) : mean_rate<true, false>(sums, in, k, pixels, out);
+  } else {
+    one ? mean_rate<false, true>(sums, in, k, pixels, out) : mean_rate<false, false>(sums, in, k, pixels, out);
+  }
   return mark_doubtful(sums, in, k, pixels) != 0;
 }
 
@@ -146,6 +177,10 @@ SCATMAP_CLONES bool dark_strip(StripSums& s, const DarkConstants& k, int pixels,
   const double per_degree = k.darks > 1 ? 1 / (k.darks - 1) : std::numeric_limits<double>::quiet_NaN();
   const double sigmas2 = (k.darks >= 3 ? k.sigmas2 : std::numeric_limits<double>::infinity()) * kCautious;
   const double floor_dn2 = k.floor_dn2, bias = k.bias_dn, per_gain = 1 / k.gain_e_per_dn;
+  if (k.darks < 2) {
+    SCATMAP_INDEPENDENT
+    for (int i = 0; i < pixels; ++i) s.sum[i] = s.square[i] = s.least[i] = s.largest[i] = 0;
+  }
   SCATMAP_INDEPENDENT
   for (int i = 0; i < pixels; ++i) {
     level[i] = static_cast<float>(s.first[i] + s.sum[i] * per_dark);
@@ -185,6 +220,13 @@ SCATMAP_CLONES void finish_dark_row(const float* level, const float* count, cons
                        (scatter > most * variance ? 0 : 1);
     mask[i] = steady != 0 ? Mask{0} : kHot;
   }
+}
+
+SCATMAP_CLONES bool spills_charge(std::span<const Mask> row) {
+  Mask any = 0;
+  for (std::size_t c = 0; c < row.size(); ++c)
+    any = static_cast<Mask>(any | ((row[c] & (kSaturated | kHot)) == kSaturated ? 1 : 0));
+  return any != 0;
 }
 
 }  // namespace scatmap

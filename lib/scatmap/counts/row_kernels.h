@@ -14,7 +14,7 @@ inline constexpr int kStrip = 512;
 /// What several linearised raw rows say of each pixel of a strip.
 struct StripSums {
   alignas(64) double first[kStrip];    ///< of the first row
-  alignas(64) double sum[kStrip];      ///< of (value − first)
+  alignas(64) double sum[kStrip];      ///< of (value − first); this and what follows only with two rows or more
   alignas(64) double square[kStrip];   ///< of (value − first)², for darks only
   alignas(64) double least[kStrip];    ///< of (value − first)
   alignas(64) double largest[kStrip];  ///< of (value − first)
@@ -39,17 +39,18 @@ struct StripInputs {
   const float* flat;
 };
 
-/// Where a row or strip of Counts goes (reduce.h).
+/// Where a row or strip of Counts goes (reduce.h), as it stands there or times a factor.
 struct CountsRow {
-  double* rate_dn_per_s;
+  double* rate;
   float* frame_floor;
   float* shot;
-  float* dark_floor;
+  float* dark_floor;  ///< nullptr: added to frame_floor
   Mask* mask;
 };
 
 struct ReduceConstants {
-  double frames, exposure_s, gain_e_per_dn;
+  double frames, exposure_s;  ///< exposure_s over the factor, where there is one
+  double gain_e_per_dn;
   double drift2, sigmas2;  ///< squares of the drift allowance and of the outlier limit
 };
 
@@ -71,5 +72,9 @@ struct FinishConstants {
 /// Expected variances and kHot of a row of darks (dark.cpp). @param count darks kept per pixel
 void finish_dark_row(const float* level, const float* count, const float* sample_variance, int pixels,
                      const FinishConstants& k, float* single_variance, float* level_variance, Mask* mask);
+
+/// Whether a row of masks holds a pixel that light has saturated: its charge spills into its neighbours. A hot pixel is
+/// alone.
+bool spills_charge(std::span<const Mask> row);
 
 }  // namespace scatmap
