@@ -68,6 +68,7 @@ class Band {
 
  private:
   bool on_frame(int row) const { return row >= 0 && row < rows_; }
+  CleanRow at(int row) { return {value_.at(row), floor_.at(row), shot_.at(row)}; }
   bool in_band(int row) const { return row >= first_ && row < last_; }
 
   void reduce_row(int row) {
@@ -91,8 +92,7 @@ class Band {
       if (on_frame(from) && spills_.at(static_cast<std::size_t>(from + 3) % 3))
         mark_bloom({mask_.at(from), width}, {mask_.at(row), width});
     }
-    odd_.at(static_cast<std::size_t>(row) % kWindowRows) =
-        clean_row(mask_.at(row), columns_, value_.at(row), good_.at(row));
+    odd_.at(static_cast<std::size_t>(row) % kWindowRows) = clean_row(mask_.at(row), columns_, at(row), good_.at(row));
   }
 
   // A row's map; rows beside the band only for the gradient.
@@ -113,8 +113,7 @@ class Band {
     const bool all_seen = fill_inverse(row, mask);
     const BrdfRow to{kept ? out_.brdf_per_sr.row(row).data() : unused_f_.data(),
                      kept ? out_.u_random_per_sr.row(row).data() : unused_u_.data(), expected_f};
-    const bool infinite =
-        brdf_row({value_.at(row), expected_.at(row), floor_.at(row), shot_.at(row), inverse_.data()}, columns_, to);
+    const bool infinite = brdf_row(at(row), expected_.at(row), inverse_.data(), columns_, to);
     if (infinite || !all_seen || odd_.at(static_cast<std::size_t>(row) % kWindowRows)) mask_row(mask, to);
     if (!kept) return;
     std::copy_n(mask, columns_, out_.mask.row(row).data());
@@ -216,6 +215,19 @@ void fused_map(const FusedFrames& frames, const FusedGeometry& geometry, const F
     Band band(frames, reducer, geometry, out);
     for (int index = range.begin(); index < range.end(); ++index) band.run(index);
   });
+}
+
+std::span<const MethodBound> brdf_bounds() {
+  static constexpr const char* kDomain = "finite counts, theta_s < 90 deg";
+  static constexpr std::array kBounds{
+      MethodBound{"brdf", "fused", "BRDF", "exact chain", kDomain, "relative, over cos theta_s", kFusedBrdfMaxError},
+      MethodBound{"brdf", "fused", "u_random", "exact chain", kDomain, "relative", kFusedUncertaintyMaxError},
+      MethodBound{"brdf", "fused", "u_pose, u_total", "exact chain", "three calibrated parameters or more", "relative",
+                  kFusedPoseMaxError},
+      MethodBound{"brdf", "exact", "u_pose", "sum over causes at every pixel", "calibrated instrument",
+                  "relative to the largest u_pose", kPoseMaxError},
+  };
+  return kBounds;
 }
 
 }  // namespace scatmap

@@ -65,9 +65,16 @@ double estimate_with(const Neighbours& s, int count, double own, double floor, d
 
 }  // namespace
 
-SCATMAP_CLONES bool clean_row(const Mask* mask, int pixels, double* value, std::uint8_t* good) {
+SCATMAP_CLONES bool clean_row(const Mask* mask, int pixels, const CleanRow& row, std::uint8_t* good) {
+  double* value = row.value;
+  const float *floor = row.floor, *shot = row.shot;
   SCATMAP_INDEPENDENT
   for (int i = 0; i < pixels; ++i) good[i] = std::abs(value[i]) <= kLargest ? 1 : 0;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < pixels; ++i) {
+    const bool finite = floor[i] + shot[i] <= std::numeric_limits<float>::max();
+    good[i] = static_cast<std::uint8_t>(good[i] & (finite ? 1 : 0));
+  }
   std::uint8_t odd = 0;
   SCATMAP_INDEPENDENT
   for (int i = 0; i < pixels; ++i) {
@@ -138,8 +145,9 @@ SCATMAP_CLONES void inverse_projected_row(const GeometryRow& row, int pixels, do
   }
 }
 
-SCATMAP_CLONES bool brdf_row(const CleanRow& in, int pixels, const BrdfRow& out) {
-  const double *value = in.value, *expected = in.expected, *inverse_projected = in.inverse_projected;
+SCATMAP_CLONES bool brdf_row(const CleanRow& in, const double* expected, const double* inverse_projected, int pixels,
+                             const BrdfRow& out) {
+  const double* value = in.value;
   const float *floor = in.floor, *shot = in.shot;
   double *brdf = out.brdf_per_sr, *expected_f = out.expected_per_sr;
   float* u_random = out.u_random_per_sr;

@@ -12,9 +12,16 @@ namespace scatmap {
 inline constexpr int kWindowReach = 2;
 inline constexpr int kWindowRows = 2 * kWindowReach + 1;
 
-/// Sets pixels that are not good to 0. @param good 1: mask 0 and value finite. @return whether any pixel of mask 0 has
-/// no finite value
-bool clean_row(const Mask* mask, int pixels, double* value, std::uint8_t* good);
+/// A row of counts on the map's scale, before the geometry.
+struct CleanRow {
+  double* value;
+  const float* floor;  ///< variance at zero signal
+  const float* shot;   ///< variance per unit of signal
+};
+
+/// Sets the value of pixels that are not good to 0. @param good 1: mask 0, value and variances finite. @return whether
+/// any pixel of mask 0 is not good
+bool clean_row(const Mask* mask, int pixels, const CleanRow& row, std::uint8_t* good);
 
 /// Rows of a 5 × 5 window; [kWindowReach] is the row in hand. Rows off the frame are zeros.
 struct WindowRows {
@@ -37,15 +44,6 @@ GeometryRow geometry_row(const SampleView& view, int row);
 /// 1/(Ω cos theta_s) = |D|⁴/(area (nd·D)(n·D)) along a row: no angle and no root is needed.
 void inverse_projected_row(const GeometryRow& g, int pixels, double* out);
 
-/// What a row of the map is made of: map units before the geometry.
-struct CleanRow {
-  const double* value;
-  const double* expected;  ///< NaN where not good
-  const float* floor;      ///< variance at zero signal
-  const float* shot;       ///< variance per unit of signal
-  const double* inverse_projected;
-};
-
 /// Where a finished row goes; the pointers are to column 0.
 struct BrdfRow {
   double* brdf_per_sr;
@@ -54,6 +52,8 @@ struct BrdfRow {
 };
 
 /// Divides by Ω cos theta_s; NaN where not good. @return whether any good pixel gave an infinite value
-bool brdf_row(const CleanRow& in, int pixels, const BrdfRow& out);
+/// @param expected NaN where not good
+bool brdf_row(const CleanRow& in, const double* expected, const double* inverse_projected, int pixels,
+              const BrdfRow& out);
 
 }  // namespace scatmap
