@@ -12,6 +12,7 @@
 #include "scatmap/base/number_text.h"
 #include "scatmap/base/parallel_rows.h"
 #include "scatmap/brdf/frame_source.h"
+#include "scatmap/brdf/fused.h"
 #include "scatmap/brdf/merge.h"
 #include "scatmap/brdf/pose_uncertainty.h"
 #include "scatmap/brdf/split_causes.h"
@@ -35,32 +36,38 @@ double u_nonlinearity(const Measurement& m) {
 }
 
 // Share of the sensor's linear range at which an exposure works, per map unit.
-std::vector<double> levels_per_unit(const Measurement& m, const Reductions& r) {
+double level_per_unit(const Measurement& m, double exposure_s, double factor) {
   const Sensor& s = m.instrument.sensor;
+  return exposure_s / factor / (*s.saturation_dn - s.bias_dn);
+}
+
+std::vector<double> levels_per_unit(const Measurement& m, const Reductions& r) {
   std::vector<double> out;
   for (std::size_t e = 0; e < r.samples.size(); ++e)
-    out.push_back(r.samples[e].counts.exposure_s / r.factors[e] / (*s.saturation_dn - s.bias_dn));
+    out.push_back(level_per_unit(m, r.samples[e].counts.exposure_s, r.factors[e]));
   return out;
 }
 
 // One unknown curvature: relative deviation grows with the level and reaches nonlinearity_percent at saturation. The
 // signature was measured through the same pixels' curve at its own level.
-Grid<float> nonlinearity_change(const Measurement& m, const Reductions& r, const Signature& signature,
+Grid<float> nonlinearity_change(const Measurement& m, const std::vector<double>& per_unit, const Signature& signature,
                                 const Merged& merged) {
   const double u = u_nonlinearity(m);
   if (!(u > 0)) return {};
   const Sensor& s = m.instrument.sensor;
   const double signature_level = signature.effective_rate * m.signature.exposure_s / (*s.saturation_dn - s.bias_dn);
-  const std::vector<double> per_unit = levels_per_unit(m, r);
   Grid<float> out(merged.mask.rows(), merged.mask.columns());
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    double level = 0;
-    for (std::size_t e = 0; e < r.samples.size(); ++e) {
-      const double share = share_of(merged, e, i);
-      if (share > 0) level += share * std::max(0.0, merged.expected[i]) * per_unit[e];
+  for_each_row(out.rows(), [&](int row) {
+    for (int c = 0; c < out.columns(); ++c) {
+      const auto i = static_cast<std::size_t>(&out(row, c) - out.data());
+      double level = 0;
+      for (std::size_t e = 0; e < per_unit.size(); ++e) {
+        const double share = share_of(merged, e, i);
+        if (share > 0) level += share * std::max(0.0, merged.expected[i]) * per_unit[e];
+      }
+      out[i] = static_cast<float>(u * (level - signature_level));
     }
-    out[i] = static_cast<float>(u * (level - signature_level));
-  }
+  });
   return out;
 }
 
@@ -88,13 +95,17 @@ Grid<double> apply_geometry(const Merged& merged, BrdfMap& map) {
   return expected;
 }
 
-void note_noise(const FrameSource::Reduced& reduced, const SensorModel& sensor, BrdfMap& map) {
-  if (reduced.pooled_dark_noise_dn == 0) return;
-  const double ratio = reduced.pooled_dark_noise_dn / sensor.read_noise_dn();
+void note_noise(double pooled_dark_noise_dn, const std::string& role, const SensorModel& sensor, BrdfMap& map) {
+  if (pooled_dark_noise_dn == 0) return;
+  const double ratio = pooled_dark_noise_dn / sensor.read_noise_dn();
   if (ratio < 0.7) {
-    map.notes.push_back("darks of " + reduced.record.role + " scatter by " + std::to_string(ratio) +
+    map.notes.push_back("darks of " + role + " scatter by " + std::to_string(ratio) +
                         " of the stated read noise: check sensor.read_noise_e and gain_e_per_dn");
   }
+}
+
+double map_units_per_rate(const Measurement& m, const Exposure& e, const Signature& signature) {
+  return std::pow(10, stack_od(m, e) - stack_od(m, m.signature)) / signature.rate_dn_per_s;
 }
 
 Reductions reduce_all(const Measurement& m, FrameSource& source, const Signature& signature, const Progress& progress,
@@ -105,10 +116,9 @@ Reductions reduce_all(const Measurement& m, FrameSource& source, const Signature
       progress("exposure " + std::to_string(e + 1),
                static_cast<double>(e + 1) / static_cast<double>(m.exposures.size() + 2));
     out.samples.push_back(source.reduce_exposure(m.exposures[e], "exposure " + std::to_string(e + 1)));
-    out.factors.push_back(std::pow(10, stack_od(m, m.exposures[e]) - stack_od(m, m.signature)) /
-                          signature.rate_dn_per_s);
+    out.factors.push_back(map_units_per_rate(m, m.exposures[e], signature));
     map.exposures.push_back(out.samples.back().record);
-    note_noise(out.samples.back(), source.sensor(), map);
+    note_noise(out.samples.back().pooled_dark_noise_dn, map.exposures.back().role, source.sensor(), map);
   }
   return out;
 }
@@ -190,9 +200,75 @@ void require_some_good_pixel(const Measurement& m, const BrdfMap& map) {
   throw Error({m.file.string(), "gives a map without a good pixel" + reason, {}, {}});
 }
 
+// Several exposures, or one step by step.
+void exact_map(const Measurement& m, FrameSource& source, const SampleView& view, const ExposureCauses& causes,
+               FilterValues filters, const Progress& progress, BrdfResult& out) {
+  BrdfMap& map = out.map;
+  map.method = "exact";
+  Reductions reductions = reduce_all(m, source, out.signature, progress, map);
+  if (progress) progress("overlap", 0.8);
+  if (filters == FilterValues::kByOverlap) out.overlap = measure_overlap(m, causes, reductions, map);
+  if (progress) progress("map", 0.9);
+  const Merged merged = merge(scaled(reductions));
+  map.angles = angle_map(view, m.instrument.rows, m.instrument.columns);
+  const Grid<double> expected = apply_geometry(merged, map);
+  require_some_good_pixel(m, map);
+  const Grid<float> nonlinearity = nonlinearity_change(m, levels_per_unit(m, reductions), out.signature, merged);
+  split_causes(causes, out.overlap ? &out.overlap->solution : nullptr, {merged, expected, nonlinearity}, map);
+  if (auto u_pose = pose_uncertainty(m.instrument, m.pose, expected)) map.u_pose_per_sr = std::move(*u_pose);
+}
+
+// The pixels' non-linearity needs the counts behind the map: the expected BRDF times Ω cos theta_s.
+void split_causes_of_one(const Measurement& m, const ExposureCauses& causes, const Signature& signature,
+                         double per_unit, const Grid<double>& expected_per_sr, BrdfMap& map) {
+  Merged merged;
+  merged.mask = map.mask;
+  if (!expected_per_sr.empty()) {
+    merged.expected = Grid<double>(map.mask.rows(), map.mask.columns());
+    for_each_row(map.mask.rows(), [&](int row) {
+      for (int c = 0; c < map.mask.columns(); ++c) {
+        merged.expected(row, c) =
+            expected_per_sr(row, c) * map.angles.solid_angle_sr(row, c) * std::cos(map.angles.theta_s_rad(row, c));
+      }
+    });
+  }
+  const Grid<float> nonlinearity = nonlinearity_change(m, {per_unit}, signature, merged);
+  split_causes(causes, nullptr, {merged, expected_per_sr, nonlinearity}, map);
+}
+
+// One exposure: from its frames to the map in one pass.
+void fused_map_of(const Measurement& m, FrameSource& source, const SampleView& view, const ExposureCauses& causes,
+                  const Progress& progress, BrdfResult& out) {
+  BrdfMap& map = out.map;
+  map.method = "fused";
+  const Exposure& exposure = m.exposures.front();
+  if (progress) progress("exposure 1", 0.4);
+  FrameSource::Raw raw = source.read_exposure(exposure, "exposure 1");
+  map.exposures.push_back(raw.record);
+  note_noise(raw.pooled_dark_noise_dn, raw.record.role, source.sensor(), map);
+  if (progress) progress("map", 0.8);
+  const double factor = map_units_per_rate(m, exposure, out.signature);
+  std::optional<PoseTiles> pose;
+  if (m.instrument.calibration && !m.instrument.calibration->parameters.empty())
+    pose.emplace(view, calibration_changes(m.instrument, m.pose), m.instrument.rows, m.instrument.columns);
+  FusedPlanes planes;
+  fused_map({raw.frames, raw.dark->master, source.sensor(), source.response(), exposure.exposure_s, factor},
+            {view, nullptr, pose ? &*pose : nullptr}, {.with_total = false, .with_expected = u_nonlinearity(m) > 0},
+            planes);
+  raw.frames.clear();  // before the angles need memory
+  map.brdf_per_sr = std::move(planes.brdf_per_sr);
+  map.u_random_per_sr = std::move(planes.u_random_per_sr);
+  map.u_pose_per_sr = std::move(planes.u_pose_per_sr);
+  map.mask = std::move(planes.mask);
+  require_some_good_pixel(m, map);
+  map.angles = angle_map(view, m.instrument.rows, m.instrument.columns);
+  split_causes_of_one(m, causes, out.signature, level_per_unit(m, exposure.exposure_s, factor), planes.expected_per_sr,
+                      map);
+}
+
 }  // namespace
 
-BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, FilterValues filters) {
+BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, FilterValues filters, BrdfMethod method) {
   BrdfResult out;
   BrdfMap& map = out.map;
   map.instrument = m.instrument;
@@ -205,22 +281,16 @@ BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, Filt
     const FrameSource::Reduced reduced = source.reduce_exposure(m.signature, "signature");
     out.signature = signature_of(m, reduced.counts);
     map.exposures.push_back(reduced.record);
-    note_noise(reduced, source.sensor(), map);
+    note_noise(reduced.pooled_dark_noise_dn, reduced.record.role, source.sensor(), map);
   }
-  Reductions reductions = reduce_all(m, source, out.signature, progress, map);
   const double u_signature = out.signature.u_rate_dn_per_s / out.signature.rate_dn_per_s;
   for (const Exposure& e : m.exposures) out.exposure_scale.push_back(exposure_scale(m, e, u_signature));
   const ExposureCauses causes = causes_by_identity(out.exposure_scale);
-  if (progress) progress("overlap", 0.8);
-  if (filters == FilterValues::kByOverlap) out.overlap = measure_overlap(m, causes, reductions, map);
-  if (progress) progress("map", 0.9);
-  const Merged merged = merge(scaled(reductions));
-  map.angles = angle_map(view, m.instrument.rows, m.instrument.columns);
-  const Grid<double> expected = apply_geometry(merged, map);
-  require_some_good_pixel(m, map);
-  const Grid<float> nonlinearity = nonlinearity_change(m, reductions, out.signature, merged);
-  split_causes(causes, out.overlap ? &out.overlap->solution : nullptr, {merged, expected, nonlinearity}, map);
-  if (auto u_pose = pose_uncertainty(m.instrument, m.pose, expected)) map.u_pose_per_sr = std::move(*u_pose);
+  if (method == BrdfMethod::kFused && m.exposures.size() == 1) {
+    fused_map_of(m, source, view, causes, progress, out);
+  } else {
+    exact_map(m, source, view, causes, filters, progress, out);
+  }
   return out;
 }
 
