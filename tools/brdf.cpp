@@ -19,6 +19,7 @@ struct Options {
   std::string measurement;
   std::string precision = "single";
   bool no_overlap = false;
+  std::string method = "fused";
   OutputOptions output;
 };
 
@@ -97,6 +98,7 @@ void print_overlap(const OverlapReport& o) {
 void print_json(const BrdfResult& r, const Summary& s) {
   nlohmann::json out{
       {"theta_i_deg", r.map.angles.theta_i_rad * kDegPerRad}, {"pixels", r.map.mask.size()}, {"good_pixels", s.good}};
+  out["method"] = r.map.method;
   out["largest_per_sr"] = s.good > 0 ? nlohmann::json(s.largest) : nlohmann::json(nullptr);
   out["u_scale"] = r.map.scale.standard();
   out["filters_common"] = filters_json(r.map.scale);
@@ -141,7 +143,8 @@ void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   const Measurement measurement = read_measurement(o.measurement);
   BrdfResult result = brdf_from_frames(measurement, progress_bar("brdf"),
-                                       o.no_overlap ? FilterValues::kNominal : FilterValues::kByOverlap);
+                                       o.no_overlap ? FilterValues::kNominal : FilterValues::kByOverlap,
+                                       o.method == "exact" ? BrdfMethod::kExact : BrdfMethod::kFused);
   result.map.provenance = {invocation.command_line,
                            "scatmap " + version(),
                            {record_input(o.measurement), record_input(measurement.instrument_file)}};
@@ -165,6 +168,12 @@ void setup_brdf(CLI::App& app, const Invocation& invocation) {
   verb->add_option("measurement", o->measurement, "measurement.toml")->required();
   verb->add_option("--precision", o->precision, "of the BRDF in FITS; uncertainties are single, angles double")
       ->check(CLI::IsMember({"single", "double"}))
+      ->capture_default_str();
+  verb->add_option(
+          "--method", o->method,
+          "fused: one pass over the frames of a single exposure; exact: step by step, as several exposures always "
+          "are")
+      ->check(CLI::IsMember({"fused", "exact"}))
       ->capture_default_str();
   verb->add_flag("--no-overlap", o->no_overlap,
                  "merge exposures with the stated filters, not with those measured by overlap");

@@ -14,3 +14,11 @@
 
 /// Inlined into each clone, or the clone calls a baseline copy and gains nothing.
 #define SCATMAP_INLINE inline __attribute__((always_inline))
+
+/// Before a loop: its iterations do not depend on each other through memory, which the compiler cannot see where many
+/// rows are read and written.
+#if defined(__GNUC__) && !defined(__clang__)
+#define SCATMAP_INDEPENDENT _Pragma("GCC ivdep")
+#else
+#define SCATMAP_INDEPENDENT
+#endif

@@ -42,6 +42,7 @@ struct BrdfMap {
   Pose pose;
   double wavelength_m = 0;
   std::vector<ExposureRecord> exposures;
+  std::string method;              ///< how counts became BRDF: "fused", "exact"; empty where that has no meaning
   std::vector<std::string> notes;  ///< what the user should know: a correction that was not applied, a weak input
   Provenance provenance;
 };

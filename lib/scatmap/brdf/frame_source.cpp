@@ -104,9 +104,9 @@ std::shared_ptr<const FrameSource::Dark> FrameSource::dark_of(const Exposure& e,
   return slot;
 }
 
-FrameSource::Reduced FrameSource::reduce_exposure(const Exposure& e, const std::string& role) {
+FrameSource::Raw FrameSource::read_exposure(const Exposure& e, const std::string& role) {
   ExposureRecord record{role, e.exposure_s, e.filters, {}, {}};
-  const std::vector<Frame> frames = read_all(e.frames, false, e.exposure_s, record.frames);
+  std::vector<Frame> frames = read_all(e.frames, false, e.exposure_s, record.frames);
   if (!role.starts_with("signature")) {
     for (const Frame& f : frames) {
       constexpr double kSameAngle_deg = 1e-3;
@@ -116,10 +116,16 @@ FrameSource::Reduced FrameSource::reduce_exposure(const Exposure& e, const std::
                         f.file.string() + ": ARMDEG", "arm_deg");
     }
   }
-  const auto dark = dark_of(e, frames.front().quantum_dn);
+  auto dark = dark_of(e, frames.front().quantum_dn);
   record.darks = dark->records;
   const double pooled = dark->master.pooled_from_frames ? std::sqrt(dark->master.pooled_variance_dn2) : 0;
-  return {reduce(frames, dark->master, sensor_, response_, e.exposure_s), dark->group, pooled, std::move(record)};
+  return {std::move(frames), std::move(dark), pooled, std::move(record)};
+}
+
+FrameSource::Reduced FrameSource::reduce_exposure(const Exposure& e, const std::string& role) {
+  Raw raw = read_exposure(e, role);
+  return {reduce(raw.frames, raw.dark->master, sensor_, response_, e.exposure_s), raw.dark->group,
+          raw.pooled_dark_noise_dn, std::move(raw.record)};
 }
 
 }  // namespace scatmap

@@ -23,14 +23,25 @@ class FrameSource {
     ExposureRecord record;
   };
   Reduced reduce_exposure(const Exposure& exposure, const std::string& role);
-  const SensorModel& sensor() const { return sensor_; }
 
- private:
   struct Dark {
     MasterDark master;
     std::vector<InputRecord> records;
     int group;
   };
+  /// An exposure as read, for the fused pass.
+  struct Raw {
+    std::vector<Frame> frames;
+    std::shared_ptr<const Dark> dark;
+    double pooled_dark_noise_dn;  ///< as above
+    ExposureRecord record;
+  };
+  Raw read_exposure(const Exposure& exposure, const std::string& role);
+
+  const SensorModel& sensor() const { return sensor_; }
+  const PixelResponse& response() const { return response_; }
+
+ private:
   Frame read_checked(const std::filesystem::path& path, bool is_dark, double exposure_s);
   std::vector<Frame> read_all(const std::vector<std::filesystem::path>& paths, bool are_darks, double exposure_s,
                               std::vector<InputRecord>& records);

@@ -12,6 +12,7 @@
 #include "scatmap/base/number_text.h"
 #include "scatmap/base/parallel_rows.h"
 #include "scatmap/brdf/frame_source.h"
+#include "scatmap/brdf/fused.h"
 #include "scatmap/brdf/merge.h"
 #include "scatmap/brdf/pose_uncertainty.h"
 #include "scatmap/brdf/split_causes.h"
@@ -41,32 +42,38 @@ double u_nonlinearity(const Measurement& m) {
 }
 
 // Share of the sensor's linear range at which an exposure works, per map unit.
-std::vector<double> levels_per_unit(const Measurement& m, const Reductions& r) {
+double level_per_unit(const Measurement& m, double exposure_s, double factor) {
   const Sensor& s = m.instrument.sensor;
+  return exposure_s / factor / (*s.saturation_dn - s.bias_dn);
+}
+
+std::vector<double> levels_per_unit(const Measurement& m, const Reductions& r) {
   std::vector<double> out;
   for (std::size_t e = 0; e < r.samples.size(); ++e)
-    out.push_back(r.samples[e].counts.exposure_s / r.factors[e] / (*s.saturation_dn - s.bias_dn));
+    out.push_back(level_per_unit(m, r.samples[e].counts.exposure_s, r.factors[e]));
   return out;
 }
 
 // One unknown curvature: relative deviation grows with the level and reaches nonlinearity_percent at saturation. The
 // signature was measured through the same pixels' curve at its own level.
-Grid<float> nonlinearity_change(const Measurement& m, const Reductions& r, const MergedSignature& signature,
-                                const Merged& merged) {
+Grid<float> nonlinearity_change(const Measurement& m, const std::vector<double>& per_unit,
+                                const MergedSignature& signature, const Merged& merged) {
   const double u = u_nonlinearity(m);
   if (!(u > 0)) return {};
   const Sensor& s = m.instrument.sensor;
   const double signature_level = signature.level_dn / (*s.saturation_dn - s.bias_dn);
-  const std::vector<double> per_unit = levels_per_unit(m, r);
   Grid<float> out(merged.mask.rows(), merged.mask.columns());
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    double level = 0;
-    for (std::size_t e = 0; e < r.samples.size(); ++e) {
-      const double share = share_of(merged, e, i);
-      if (share > 0) level += share * std::max(0.0, merged.expected[i]) * per_unit[e];
+  for_each_row(out.rows(), [&](int row) {
+    for (int c = 0; c < out.columns(); ++c) {
+      const auto i = static_cast<std::size_t>(&out(row, c) - out.data());
+      double level = 0;
+      for (std::size_t e = 0; e < per_unit.size(); ++e) {
+        const double share = share_of(merged, e, i);
+        if (share > 0) level += share * std::max(0.0, merged.expected[i]) * per_unit[e];
+      }
+      out[i] = static_cast<float>(u * (level - signature_level));
     }
-    out[i] = static_cast<float>(u * (level - signature_level));
-  }
+  });
   return out;
 }
 
@@ -94,13 +101,18 @@ Grid<double> apply_geometry(const Merged& merged, BrdfMap& map) {
   return expected;
 }
 
-void note_noise(const FrameSource::Reduced& reduced, const SensorModel& sensor, BrdfMap& map) {
-  if (reduced.pooled_dark_noise_dn == 0) return;
-  const double ratio = reduced.pooled_dark_noise_dn / sensor.read_noise_dn();
+void note_noise(double pooled_dark_noise_dn, const std::string& role, const SensorModel& sensor, BrdfMap& map) {
+  if (pooled_dark_noise_dn == 0) return;
+  const double ratio = pooled_dark_noise_dn / sensor.read_noise_dn();
   if (ratio < 0.7) {
-    map.notes.push_back("darks of " + reduced.record.role + " scatter by " + std::to_string(ratio) +
+    map.notes.push_back("darks of " + role + " scatter by " + std::to_string(ratio) +
                         " of the stated read noise: check sensor.read_noise_e and gain_e_per_dn");
   }
+}
+
+// Map units per DN/s, but for the beam's own rate: relative to the first signature exposure.
+double stack_factor(const Measurement& m, const Exposure& e) {
+  return std::pow(10, stack_od(m, e) - stack_od(m, m.signatures.front()));
 }
 
 Reductions reduce_all(const Measurement& m, FrameSource& source, const Progress& progress, BrdfMap& map) {
@@ -110,9 +122,9 @@ Reductions reduce_all(const Measurement& m, FrameSource& source, const Progress&
       progress("exposure " + std::to_string(e + 1),
                static_cast<double>(e + 1) / static_cast<double>(m.exposures.size() + 2));
     out.samples.push_back(source.reduce_exposure(m.exposures[e], "exposure " + std::to_string(e + 1)));
-    out.factors.push_back(std::pow(10, stack_od(m, m.exposures[e]) - stack_od(m, m.signatures.front())));
+    out.factors.push_back(stack_factor(m, m.exposures[e]));
     map.exposures.push_back(out.samples.back().record);
-    note_noise(out.samples.back(), source.sensor(), map);
+    note_noise(out.samples.back().pooled_dark_noise_dn, map.exposures.back().role, source.sensor(), map);
   }
   return out;
 }
@@ -203,9 +215,9 @@ Beam reduce_beam(const Measurement& m, FrameSource& source, BrdfMap& map) {
   for (std::size_t j = 0; j < m.signatures.size(); ++j) {
     const std::string role = m.signatures.size() < 2 ? "signature" : "signature exposure " + std::to_string(j + 1);
     r.samples.push_back(source.reduce_exposure(m.signatures[j], role));
-    r.factors.push_back(std::pow(10, stack_od(m, m.signatures[j]) - stack_od(m, m.signatures.front())));
+    r.factors.push_back(stack_factor(m, m.signatures[j]));
     map.exposures.push_back(r.samples.back().record);
-    note_noise(r.samples.back(), source.sensor(), map);
+    note_noise(r.samples.back().pooled_dark_noise_dn, role, source.sensor(), map);
   }
   if (r.samples.size() == 1) {
     out.measured = signature_of(m, r);
@@ -228,25 +240,8 @@ void require_some_good_pixel(const Measurement& m, const BrdfMap& map) {
   throw Error({m.file.string(), "gives a map without a good pixel" + reason, {}, {}});
 }
 
-}  // namespace
-
-BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, FilterValues filters) {
-  BrdfResult out;
-  BrdfMap& map = out.map;
-  map.instrument = m.instrument;
-  map.pose = m.pose;
-  map.wavelength_m = m.wavelength_m;
-  const SampleView view = view_of(m);
-  FrameSource source(m);
-  if (progress) progress("signature", 0);
-  Beam beam = reduce_beam(m, source, map);
-  Reductions reductions = reduce_all(m, source, progress, map);
-  ExposureCauses causes = stated_causes(m);
-  if (progress) progress("overlap", 0.8);
-  if (filters == FilterValues::kByOverlap) out.overlap = measure_overlap(m, causes, reductions, beam, map);
-  const MergedSignature signature = beam.measured ? *beam.measured : signature_of(m, beam.exposures);
-  beam = {};
-  for (double& factor : reductions.factors) factor /= signature.beam.rate_dn_per_s;
+// What the beam adds to the causes: its filters, each exposure with its share, and its noise.
+void refer_to_beam(const Measurement& m, const MergedSignature& signature, ExposureCauses& causes, BrdfResult& out) {
   out.signature = signature.beam;
   out.signature_share = signature.share;
   const double u_signature = signature.beam.u_rate_dn_per_s / signature.beam.rate_dn_per_s;
@@ -254,14 +249,99 @@ BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, Filt
     out.exposure_scale.push_back(exposure_scale(m, e, {u_signature, signature.share}));
   causes.refer_to(signature.share);
   if (u_signature > 0) causes.add_common({"signature", Distribution::kNormal, u_signature, -1, false, 0});
+}
+
+// Several exposures, or one step by step.
+void exact_map(const Measurement& m, FrameSource& source, Beam beam, FilterValues filters, const Progress& progress,
+               BrdfResult& out) {
+  BrdfMap& map = out.map;
+  map.method = "exact";
+  Reductions reductions = reduce_all(m, source, progress, map);
+  ExposureCauses causes = stated_causes(m);
+  if (progress) progress("overlap", 0.8);
+  if (filters == FilterValues::kByOverlap) out.overlap = measure_overlap(m, causes, reductions, beam, map);
+  const MergedSignature signature = beam.measured ? *beam.measured : signature_of(m, beam.exposures);
+  beam = {};
+  for (double& factor : reductions.factors) factor /= signature.beam.rate_dn_per_s;
+  refer_to_beam(m, signature, causes, out);
   if (progress) progress("map", 0.9);
   const Merged merged = merge(scaled(reductions));
-  map.angles = angle_map(view, m.instrument.rows, m.instrument.columns);
+  map.angles = angle_map(view_of(m), m.instrument.rows, m.instrument.columns);
   const Grid<double> expected = apply_geometry(merged, map);
   require_some_good_pixel(m, map);
-  const Grid<float> nonlinearity = nonlinearity_change(m, reductions, signature, merged);
+  const Grid<float> nonlinearity = nonlinearity_change(m, levels_per_unit(m, reductions), signature, merged);
   split_causes(causes, out.overlap ? &out.overlap->solution : nullptr, {merged, expected, nonlinearity}, map);
   if (auto u_pose = pose_uncertainty(m.instrument, m.pose, expected)) map.u_pose_per_sr = std::move(*u_pose);
+}
+
+// The pixels' non-linearity needs the counts behind the map: the expected BRDF times Ω cos theta_s.
+void split_causes_of_one(const Measurement& m, const ExposureCauses& causes, const MergedSignature& signature,
+                         double per_unit, const Grid<double>& expected_per_sr, BrdfMap& map) {
+  Merged merged;
+  merged.mask = map.mask;
+  if (!expected_per_sr.empty()) {
+    merged.expected = Grid<double>(map.mask.rows(), map.mask.columns());
+    for_each_row(map.mask.rows(), [&](int row) {
+      for (int c = 0; c < map.mask.columns(); ++c) {
+        merged.expected(row, c) =
+            expected_per_sr(row, c) * map.angles.solid_angle_sr(row, c) * std::cos(map.angles.theta_s_rad(row, c));
+      }
+    });
+  }
+  const Grid<float> nonlinearity = nonlinearity_change(m, {per_unit}, signature, merged);
+  split_causes(causes, nullptr, {merged, expected_per_sr, nonlinearity}, map);
+}
+
+// One exposure: from its frames to the map in one pass.
+void fused_map_of(const Measurement& m, FrameSource& source, const MergedSignature& signature, const Progress& progress,
+                  BrdfResult& out) {
+  BrdfMap& map = out.map;
+  const SampleView view = view_of(m);
+  ExposureCauses causes = stated_causes(m);
+  refer_to_beam(m, signature, causes, out);
+  map.method = "fused";
+  const Exposure& exposure = m.exposures.front();
+  if (progress) progress("exposure 1", 0.4);
+  FrameSource::Raw raw = source.read_exposure(exposure, "exposure 1");
+  map.exposures.push_back(raw.record);
+  note_noise(raw.pooled_dark_noise_dn, raw.record.role, source.sensor(), map);
+  if (progress) progress("map", 0.8);
+  const double factor = stack_factor(m, exposure) / signature.beam.rate_dn_per_s;
+  std::optional<PoseTiles> pose;
+  if (m.instrument.calibration && !m.instrument.calibration->parameters.empty())
+    pose.emplace(view, calibration_changes(m.instrument, m.pose), m.instrument.rows, m.instrument.columns);
+  FusedPlanes planes;
+  fused_map({raw.frames, raw.dark->master, source.sensor(), source.response(), exposure.exposure_s, factor},
+            {view, nullptr, pose ? &*pose : nullptr}, {.with_total = false, .with_expected = u_nonlinearity(m) > 0},
+            planes);
+  raw.frames.clear();  // before the angles need memory
+  map.brdf_per_sr = std::move(planes.brdf_per_sr);
+  map.u_random_per_sr = std::move(planes.u_random_per_sr);
+  map.u_pose_per_sr = std::move(planes.u_pose_per_sr);
+  map.mask = std::move(planes.mask);
+  require_some_good_pixel(m, map);
+  map.angles = angle_map(view, m.instrument.rows, m.instrument.columns);
+  split_causes_of_one(m, causes, signature, level_per_unit(m, exposure.exposure_s, factor), planes.expected_per_sr,
+                      map);
+}
+
+}  // namespace
+
+BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, FilterValues filters, BrdfMethod method) {
+  BrdfResult out;
+  BrdfMap& map = out.map;
+  map.instrument = m.instrument;
+  map.pose = m.pose;
+  map.wavelength_m = m.wavelength_m;
+  view_of(m);  // an impossible pose is found before the frames are read
+  FrameSource source(m);
+  if (progress) progress("signature", 0);
+  Beam beam = reduce_beam(m, source, map);
+  if (method == BrdfMethod::kFused && m.exposures.size() == 1 && beam.measured) {
+    fused_map_of(m, source, *beam.measured, progress, out);
+  } else {
+    exact_map(m, source, std::move(beam), filters, progress, out);
+  }
   return out;
 }
 

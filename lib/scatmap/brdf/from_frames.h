@@ -15,6 +15,12 @@ enum class FilterValues {
   kNominal     ///< as stated
 };
 
+/// How counts become BRDF; both give the same map within fused.h's bounds.
+enum class BrdfMethod {
+  kFused,  ///< one pass over the frames (fused.h); several exposures are merged first, and are always exact
+  kExact   ///< step by step with whole intermediate images: the reference
+};
+
 /// What the overlaps of several exposures said.
 struct OverlapReport {
   ExposureCauses causes;
@@ -37,6 +43,6 @@ struct BrdfResult {
 /// see split_causes.h.
 /// @throws Error for anything wrong with a file, naming it
 BrdfResult brdf_from_frames(const Measurement& measurement, const Progress& progress = {},
-                            FilterValues filters = FilterValues::kByOverlap);
+                            FilterValues filters = FilterValues::kByOverlap, BrdfMethod method = BrdfMethod::kFused);
 
 }  // namespace scatmap

@@ -5,11 +5,9 @@
 
 #include "scatmap/angles/pixel_plane.h"
 #include "scatmap/base/grid.h"
+#include "scatmap/brdf/pose_tiles.h"
 
 namespace scatmap {
-
-inline constexpr int kPoseTile = 64;
-inline constexpr double kPoseMaxError = 1e-3;
 
 /// Standard uncertainty of the BRDF from the calibration covariance of the geometry: the norm of one sensitivity per
 /// independent direction of the covariance. Each has three parts: solid angle, cos theta_s, and the shift of
@@ -17,9 +15,7 @@ inline constexpr double kPoseMaxError = 1e-3;
 /// changes (features near the specular direction are functions of the half vector, so errors of incidence and of
 /// scatter add as they do there).
 ///
-/// The six coefficients of that norm (a quadratic form in f and its gradient) are computed exactly at nine points of
-/// every tile of kPoseTile pixels and interpolated biquadratically: error below kPoseMaxError of the largest relative
-/// effect.
+/// Computed through PoseTiles: error below kPoseMaxError of the largest relative effect.
 ///
 /// @param expected_per_sr  rows × columns, smooth estimate of f, for the gradient; masked pixels NaN
 /// @return rows × columns, sr^-1; nullopt if the instrument has no calibrated parameter

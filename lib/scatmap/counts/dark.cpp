@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <numeric>
 #include <string>
 #include <vector>
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/parallel_rows.h"
+#include "scatmap/counts/row_kernels.h"
 
 namespace scatmap {
 namespace {
@@ -62,38 +65,77 @@ ClippedMean clipped_mean(std::vector<double>& values, double floor_dn2, const Se
   return out;
 }
 
-// Mean sample variance of pixels whose level is ordinary.
+// Mean sample variance of pixels whose level is ordinary; rows summed apart, so that threads do not change it.
 double pooled_variance(const MasterDark& dark, const Grid<float>& sample_variance, double typical, double spread) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < sample_variance.size(); ++i) {
-    if (std::abs(dark.level_dn[i] - typical) <= kHotSigmas * spread && std::isfinite(sample_variance[i])) {
-      sum += sample_variance[i];
-      ++count;
+  const auto rows = static_cast<std::size_t>(dark.level_dn.rows());
+  std::vector<double> sums(rows), counts(rows);
+  for_each_row(dark.level_dn.rows(), [&](int row) {
+    double sum = 0, count = 0;
+    for (int c = 0; c < dark.level_dn.columns(); ++c) {
+      if (std::abs(dark.level_dn(row, c) - typical) <= kHotSigmas * spread && std::isfinite(sample_variance(row, c))) {
+        sum += sample_variance(row, c);
+        count += 1;
+      }
     }
-  }
-  return count == 0 ? 0 : sum / static_cast<double>(count);
+    sums[static_cast<std::size_t>(row)] = sum;
+    counts[static_cast<std::size_t>(row)] = count;
+  });
+  const double count = std::accumulate(counts.begin(), counts.end(), 0.0);
+  return count > 0 ? std::accumulate(sums.begin(), sums.end(), 0.0) / count : 0;
 }
 
-// Two outliers among the darks of one pixel are no cosmic hits: it flickers.
+// Two outliers among the darks of one pixel are no cosmic hits: it flickers. Its own dark charge counts only where the
+// level stands out of its own noise: a variance that followed the dark's fluctuation would correlate with the net count
+// (dark high, count low, weight low) and bias every weighted sum of faint pixels upwards.
 void finish(MasterDark& dark, const Grid<float>& sample_variance, const Grid<float>& count, std::size_t darks,
             double typical, const SensorModel& sensor) {
-  const double hot_above = typical + kHotSigmas * std::sqrt(dark.pooled_variance_dn2);
+  const FinishConstants k{static_cast<double>(darks),
+                          dark.pooled_variance_dn2,
+                          typical,
+                          typical + kHotSigmas * std::sqrt(dark.pooled_variance_dn2),
+                          sensor.gain_e_per_dn,
+                          kExtraDarkSigmas,
+                          kUnstableVarianceRatio};
   for_each_row(dark.level_dn.rows(), [&](int row) {
-    for (int c = 0; c < dark.level_dn.columns(); ++c) {
-      const double level = dark.level_dn(row, c), n = count(row, c);
-      // Only where the level stands out of its own noise: a variance that followed the dark's fluctuation would
-      // correlate with the net count (dark high, count low, weight low) and bias every weighted sum of faint pixels
-      // upwards.
-      const double excess = level - typical;
-      const bool stands_out = std::abs(excess) > kExtraDarkSigmas * std::sqrt(dark.pooled_variance_dn2 / n);
-      const double extra_shot = stands_out ? excess / sensor.gain_e_per_dn : 0;
-      const double variance = std::max(0.5 * dark.pooled_variance_dn2, dark.pooled_variance_dn2 + extra_shot);
-      dark.single_variance_dn2(row, c) = static_cast<float>(variance);
-      dark.level_variance_dn2(row, c) = static_cast<float>(variance / n);
-      const bool unstable = darks >= 4 && (n + 2 <= static_cast<double>(darks) ||
-                                           sample_variance(row, c) > kUnstableVarianceRatio * variance);
-      dark.mask(row, c) = level <= hot_above && !unstable ? Mask{0} : kHot;  // NaN is hot
+    finish_dark_row(dark.level_dn.row(row).data(), count.row(row).data(), sample_variance.row(row).data(),
+                    dark.level_dn.columns(), k, dark.single_variance_dn2.row(row).data(),
+                    dark.level_variance_dn2.row(row).data(), dark.mask.row(row).data());
+  });
+}
+
+// One pixel whose values need judging, or that the vector loop passed on.
+void judge(std::span<const Frame> darks, int row, int column, double floor, const SensorModel& sensor,
+           std::vector<double>& values, float& level, float& sample_variance, float& count) {
+  for (std::size_t k = 0; k < darks.size(); ++k) values[k] = sensor.linearised(darks[k].dn(row, column));
+  const ClippedMean m = clipped_mean(values, floor, sensor);
+  level = static_cast<float>(m.mean);
+  count = static_cast<float>(m.count);
+  sample_variance =
+      m.count > 1 ? static_cast<float>(m.sum_of_squares / (m.count - 1)) : std::numeric_limits<float>::quiet_NaN();
+}
+
+// Mean, scatter and number of the darks kept, row by row.
+void combine_rows(std::span<const Frame> darks, double floor, const SensorModel& sensor, Grid<float>& level,
+                  Grid<float>& sample_variance, Grid<float>& count) {
+  const DarkConstants k{static_cast<double>(darks.size()), floor, sensor.bias_dn, sensor.gain_e_per_dn,
+                        kDarkOutlierSigmas * kDarkOutlierSigmas};
+  for_row_ranges(level.rows(), [&](int first_row, int last_row) {
+    std::vector<double> values(darks.size());
+    std::vector<const float*> raw(darks.size());
+    const auto sums = std::make_unique_for_overwrite<StripSums>();
+    for (int row = first_row; row < last_row; ++row) {
+      std::fill_n(count.row(row).data(), level.columns(), static_cast<float>(darks.size()));
+      for (int c = 0; c < level.columns(); c += kStrip) {
+        const int pixels = std::min(kStrip, level.columns() - c);
+        for (std::size_t i = 0; i < darks.size(); ++i) raw[i] = &darks[i].dn(row, c);
+        sum_darks(raw, pixels, sensor, *sums);
+        if (!dark_strip(*sums, k, pixels, &level(row, c), &sample_variance(row, c))) continue;
+        for (int i = 0; i < pixels; ++i) {
+          if (sums->doubtful[i] != 0)
+            judge(darks, row, c + i, floor, sensor, values, level(row, c + i), sample_variance(row, c + i),
+                  count(row, c + i));
+        }
+      }
     }
   });
 }
@@ -115,17 +157,7 @@ MasterDark combine_darks(std::span<const Frame> darks, const SensorModel& sensor
   MasterDark out{{rows, columns}, {rows, columns}, {rows, columns}, {rows, columns}};
   Grid<float> sample_variance(rows, columns), count(rows, columns);
   const double floor = noise_floor_dn2(sensor, darks.front().quantum_dn);
-  for_each_row(rows, [&](int row) {
-    std::vector<double> values(darks.size());
-    for (int c = 0; c < columns; ++c) {
-      for (std::size_t k = 0; k < darks.size(); ++k) values[k] = sensor.linearised(darks[k].dn(row, c));
-      const ClippedMean m = clipped_mean(values, floor, sensor);
-      out.level_dn(row, c) = static_cast<float>(m.mean);
-      count(row, c) = static_cast<float>(m.count);
-      sample_variance(row, c) =
-          m.count > 1 ? static_cast<float>(m.sum_of_squares / (m.count - 1)) : std::numeric_limits<float>::quiet_NaN();
-    }
-  });
+  combine_rows(darks, floor, sensor, out.level_dn, sample_variance, count);
   const double typical = typical_level(out.level_dn);
   const double dark_shot = sensor.bias_dn > 0 ? std::max(0.0, typical - sensor.bias_dn) / sensor.gain_e_per_dn : 0;
   const double spread = std::sqrt(floor + dark_shot);

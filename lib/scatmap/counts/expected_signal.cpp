@@ -10,7 +10,6 @@ namespace scatmap {
 namespace {
 
 constexpr int kReach = 2;
-constexpr double kStructureSigmas = 2;
 
 struct Sums {
   double value = 0, square = 0, count = 0;
@@ -57,7 +56,7 @@ Grid<double> expected_signal(const Grid<double>& value, const Grid<float>& floor
           s.count -= 1;
         }
         const double mean = s.value / s.count;
-        if (!good || s.count < 3) {
+        if (!good || s.count < kLeastNeighbours) {
           out(row, c) = good ? v : mean;
           continue;
         }

@@ -4,6 +4,11 @@
 
 namespace scatmap {
 
+/// Scatter counts as structure from this many standard deviations of a sample variance on.
+inline constexpr double kStructureSigmas = 2;
+/// With fewer good neighbours the pixel's own value is all that is known.
+inline constexpr int kLeastNeighbours = 3;
+
 /// Best local estimate of the signal that a noisy image samples, for use in variances, weights and gradients (never as
 /// the result itself): expected = m + w (value − m), with m and s² mean and variance of the good neighbours in a 5 × 5
 /// window without the pixel itself, and w = τ²/(τ² + v), τ² = max(0, s² − v (1 + 2 sqrt(2/(n − 1)))), v the noise

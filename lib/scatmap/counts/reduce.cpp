@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scatmap/base/error.h"
@@ -32,7 +33,6 @@ void check_frames(std::span<const Frame> frames, const MasterDark& dark, double 
 struct PixelMean {
   double mean_dn = 0;
   int count = 0;
-  bool saturated = false;
 };
 
 double median_of(std::vector<double> values) {
@@ -65,62 +65,97 @@ PixelMean combine(const std::vector<double>& values, double dark_dn, double sing
   return out;
 }
 
-// Charge of a pixel that light has saturated spills into its neighbours; a hot pixel is alone.
-void mask_bloom(Grid<Mask>& mask) {
-  const int rows = mask.rows(), columns = mask.columns();
-  for (int r = 0; r < rows; ++r) {
-    for (int c = 0; c < columns; ++c) {
-      if ((mask(r, c) & (kSaturated | kHot)) != kSaturated) continue;
-      for (int dr = -1; dr <= 1; ++dr) {
-        for (int dc = -1; dc <= 1; ++dc) {
-          const int rr = r + dr, cc = c + dc;
-          if (rr < 0 || rr >= rows || cc < 0 || cc >= columns) continue;
-          if ((mask(rr, cc) & kSaturated) == 0) mask(rr, cc) |= kBloom;
-        }
-      }
-    }
-  }
-}
+bool spills(Mask m) { return (m & (kSaturated | kHot)) == kSaturated; }
 
-Mask response_mask(const PixelResponse& response, int row, int column) {
-  Mask m = response.bad.empty() ? Mask{0} : response.bad(row, column);
-  if (!response.flat.empty() && !(response.flat(row, column) > 0)) m |= kFlatInvalid;
-  return m;
+// Marking leaves the bits that it is decided by alone, so rows may come in any order.
+void mask_bloom(Grid<Mask>& mask) {
+  for (int r = 0; r < mask.rows(); ++r) {
+    const std::span<const Mask> row = std::as_const(mask).row(r);
+    if (!spills_charge(row)) continue;
+    for (int rr = std::max(0, r - 1); rr <= std::min(mask.rows() - 1, r + 1); ++rr) mark_bloom(row, mask.row(rr));
+  }
 }
 
 }  // namespace
 
+void mark_bloom(std::span<const Mask> from, std::span<Mask> onto) {
+  for (std::size_t c = 0; c < from.size(); ++c) {
+    if (!spills(from[c])) continue;
+    for (std::size_t k = c > 0 ? c - 1 : 0; k < std::min(from.size(), c + 2); ++k) {
+      if ((onto[k] & kSaturated) == 0) onto[k] |= kBloom;
+    }
+  }
+}
+
+RowReducer::RowReducer(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor,
+                       const PixelResponse& response, double exposure_s, double factor)
+    : frames_(frames), dark_(dark), sensor_(sensor), response_(response), exposure_s_(exposure_s / factor) {
+  check_frames(frames, dark, exposure_s);
+}
+
+// One pixel whose values need judging.
+std::size_t RowReducer::judge(int row, int column, std::vector<double>& values, const CountsRow& out) const {
+  for (std::size_t k = 0; k < frames_.size(); ++k) values[k] = sensor_.linearised(frames_[k].dn(row, column));
+  const double dark = dark_.level_dn(row, column), single = dark_.single_variance_dn2(row, column);
+  const PixelMean m = combine(values, dark, single, sensor_);
+  Mask& mask = out.mask[column];
+  if (m.count == 0 && (mask & kNoData) == 0) mask |= kCosmic;
+  const double flat = response_.flat.empty() ? 1 : response_.flat(row, column);
+  const double per_s = 1 / (exposure_s_ * flat), n = m.count;
+  out.rate[column] = (m.mean_dn - dark) * per_s;
+  const double frame_floor = single / n * per_s * per_s;
+  const double dark_floor = dark_.level_variance_dn2(row, column) * per_s * per_s;
+  out.frame_floor[column] = static_cast<float>(out.dark_floor == nullptr ? frame_floor + dark_floor : frame_floor);
+  out.shot[column] = static_cast<float>(per_s / (sensor_.gain_e_per_dn * n));
+  return values.size() - static_cast<std::size_t>(m.count);
+}
+
+std::size_t RowReducer::row(int row, const CountsRow& out, Scratch& scratch) const {
+  const double pair = frames_.size() == 2 ? 2 : 1;  // two frames differ by twice the variance of one
+  const ReduceConstants k{static_cast<double>(frames_.size()), exposure_s_, sensor_.gain_e_per_dn,
+                          kFrameDriftAllowance * kFrameDriftAllowance,
+                          pair * kFrameOutlierSigmas * kFrameOutlierSigmas};
+  scratch.values.resize(frames_.size());
+  scratch.raw.resize(frames_.size());
+  const int columns = dark_.level_dn.columns();
+  std::size_t rejected = 0;
+  for (int c = 0; c < columns; c += kStrip) {
+    const int pixels = std::min(kStrip, columns - c);
+    for (std::size_t i = 0; i < frames_.size(); ++i) scratch.raw[i] = &frames_[i].dn(row, c);
+    sum_frames(scratch.raw, pixels, sensor_, *scratch.sums);
+    const StripInputs in{&dark_.level_dn(row, c),
+                         &dark_.single_variance_dn2(row, c),
+                         &dark_.level_variance_dn2(row, c),
+                         &dark_.mask(row, c),
+                         response_.bad.empty() ? nullptr : &response_.bad(row, c),
+                         response_.flat.empty() ? nullptr : &response_.flat(row, c)};
+    const CountsRow strip{out.rate + c, out.frame_floor + c, out.shot + c,
+                          out.dark_floor == nullptr ? nullptr : out.dark_floor + c, out.mask + c};
+    if (!reduce_strip(*scratch.sums, in, k, pixels, strip)) continue;
+    for (int i = 0; i < pixels; ++i) {
+      if (scratch.sums->doubtful[i] != 0) rejected += judge(row, c + i, scratch.values, out);
+    }
+  }
+  return rejected;
+}
+
 Counts reduce(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor,
               const PixelResponse& response, double exposure_s) {
-  check_frames(frames, dark, exposure_s);
+  const RowReducer reducer(frames, dark, sensor, response, exposure_s);
   const int rows = frames.front().dn.rows(), columns = frames.front().dn.columns();
   Counts out{{rows, columns}, {rows, columns}, {rows, columns}, {rows, columns}, {rows, columns}, exposure_s, 0, 0};
   std::atomic<std::size_t> saturated{0}, rejected{0};
-  for_each_row(rows, [&](int row) {
-    std::vector<double> values(frames.size());
-    std::size_t saturated_here = 0, rejected_here = 0;
-    for (int c = 0; c < columns; ++c) {
-      Mask mask = static_cast<Mask>(dark.mask(row, c) | response_mask(response, row, c));
-      for (std::size_t k = 0; k < frames.size(); ++k) {
-        const double raw = frames[k].dn(row, c);
-        if (raw >= sensor.saturation_dn) mask |= kSaturated;
-        if (std::isnan(raw)) mask |= kNoData;
-        values[k] = sensor.linearised(raw);
-      }
-      const PixelMean m = combine(values, dark.level_dn(row, c), dark.single_variance_dn2(row, c), sensor);
-      if (m.count == 0 && (mask & kNoData) == 0) mask |= kCosmic;
-      saturated_here += (mask & kSaturated) != 0;
-      rejected_here += values.size() - static_cast<std::size_t>(m.count);
-      const double flat = response.flat.empty() ? 1 : response.flat(row, c);
-      const double per_s = 1 / (exposure_s * flat), n = m.count;
-      out.rate_dn_per_s(row, c) = (m.mean_dn - dark.level_dn(row, c)) * per_s;
-      out.frame_floor(row, c) = static_cast<float>(dark.single_variance_dn2(row, c) / n * per_s * per_s);
-      out.shot(row, c) = static_cast<float>(per_s / (sensor.gain_e_per_dn * n));
-      out.dark_floor(row, c) = static_cast<float>(dark.level_variance_dn2(row, c) * per_s * per_s);
-      out.mask(row, c) = mask;
+  for_row_ranges(rows, [&](int first_row, int last_row) {
+    RowReducer::Scratch scratch;
+    for (int row = first_row; row < last_row; ++row) {
+      rejected += reducer.row(row,
+                              {out.rate_dn_per_s.row(row).data(), out.frame_floor.row(row).data(),
+                               out.shot.row(row).data(), out.dark_floor.row(row).data(), out.mask.row(row).data()},
+                              scratch);
+      std::size_t saturated_here = 0;
+      for (const Mask m : std::as_const(out.mask).row(row)) saturated_here += (m & kSaturated) != 0;
+      saturated += saturated_here;
     }
-    saturated += saturated_here;
-    rejected += rejected_here;
   });
   mask_bloom(out.mask);
   out.saturated_pixels = saturated;

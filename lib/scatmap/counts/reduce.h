@@ -1,7 +1,10 @@
 #pragma once
+#include <memory>
 #include <span>
+#include <vector>
 
 #include "scatmap/counts/dark.h"
+#include "scatmap/counts/row_kernels.h"
 
 namespace scatmap {
 
@@ -31,5 +34,35 @@ inline constexpr double kFrameDriftAllowance = 0.05;
 /// @throws Error if shapes differ, a frame's own exposure time contradicts `exposure_s`, or there is no frame
 Counts reduce(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor,
               const PixelResponse& response, double exposure_s);
+
+/// The same row by row, for passes that keep no whole frames: all of Counts but kBloom.
+class RowReducer {
+ public:
+  /// Arguments must outlive this. @param factor multiplies the rate: map units per DN/s, say (variances follow)
+  /// @throws Error as reduce
+  RowReducer(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor,
+             const PixelResponse& response, double exposure_s, double factor = 1);
+
+  /// One per thread.
+  struct Scratch {
+    std::unique_ptr<StripSums> sums = std::make_unique_for_overwrite<StripSums>();
+    std::vector<const float*> raw{};
+    std::vector<double> values{};
+  };
+  /// @return values rejected as outliers
+  std::size_t row(int row, const CountsRow& out, Scratch& scratch) const;
+
+ private:
+  std::size_t judge(int row, int column, std::vector<double>& values, const CountsRow& out) const;
+
+  std::span<const Frame> frames_;
+  const MasterDark& dark_;
+  const SensorModel& sensor_;
+  const PixelResponse& response_;
+  double exposure_s_;  ///< over the factor
+};
+
+/// Marks kBloom on the neighbours, in the row `onto`, of what spills in the row `from` (the same row or one beside it).
+void mark_bloom(std::span<const Mask> from, std::span<Mask> onto);
 
 }  // namespace scatmap

@@ -64,6 +64,7 @@ void write_primary_header(FitsWriter& fits, const BrdfMap& map, const SampleView
   write_pose(fits, view, map.pose, map.wavelength_m);
   write_scale(fits, map);
   write_provenance(fits, map.provenance);
+  if (!map.method.empty()) fits.key("METHOD", map.method, "how counts became BRDF");
   for (const std::string& note : map.notes) fits.history("NOTE: " + note);
 }
 

@@ -1,0 +1,171 @@
+#include "scatmap/brdf/fused_kernels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "scatmap/base/simd.h"
+#include "scatmap/counts/expected_signal.h"
+
+namespace scatmap {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kLargest = std::numeric_limits<double>::max();
+constexpr int kPadded = kStrip + 2 * kWindowReach;
+constexpr int kFull = kWindowRows * kWindowRows - 1;  // neighbours of a pixel in the middle of good ones
+
+// Sums over the window's rows, column by column.
+struct ColumnSums {
+  alignas(64) double value[kPadded], square[kPadded];
+  alignas(64) std::uint8_t count[kPadded];
+};
+
+SCATMAP_INLINE void sum_columns(const WindowRows& rows, int first, int n, ColumnSums& s) {
+  const double *v0 = rows.value[0] + first, *v1 = rows.value[1] + first, *v2 = rows.value[2] + first,
+               *v3 = rows.value[3] + first, *v4 = rows.value[4] + first;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < n; ++i) {
+    s.value[i] = v0[i] + v1[i] + v2[i] + v3[i] + v4[i];
+    s.square[i] = v0[i] * v0[i] + v1[i] * v1[i] + v2[i] * v2[i] + v3[i] * v3[i] + v4[i] * v4[i];
+  }
+  const std::uint8_t *g0 = rows.good[0] + first, *g1 = rows.good[1] + first, *g2 = rows.good[2] + first,
+                     *g3 = rows.good[3] + first, *g4 = rows.good[4] + first;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < n; ++i) s.count[i] = static_cast<std::uint8_t>(g0[i] + g1[i] + g2[i] + g3[i] + g4[i]);
+}
+
+// Of all good pixels around one, its neighbours' sums.
+struct Neighbours {
+  double value, square;
+};
+
+SCATMAP_INLINE Neighbours neighbours(const ColumnSums& s, int i, double own) {
+  return {s.value[i] + s.value[i + 1] + s.value[i + 2] + s.value[i + 3] + s.value[i + 4] - own,
+          s.square[i] + s.square[i + 1] + s.square[i + 2] + s.square[i + 3] + s.square[i + 4] - own * own};
+}
+
+// expected_signal.h, with the numbers that depend on the count given.
+SCATMAP_INLINE double local_estimate(const Neighbours& s, double per_count, double per_degree, double chance,
+                                     double own, double floor, double shot) {
+  const double mean = s.value * per_count;
+  const double scatter = (s.square - s.value * mean) * per_degree;
+  const double noise = floor + (mean > 0 ? mean : 0) * shot;
+  const double excess = scatter - noise * chance;
+  const double structure = excess > 0 ? excess : 0;
+  return mean + structure * (own - mean) / (structure + noise);
+}
+
+// Where the window holds a pixel that is not good, or the frame's edge.
+double estimate_with(const Neighbours& s, int count, double own, double floor, double shot) {
+  if (count < kLeastNeighbours) return own;
+  const double n = count;
+  return local_estimate(s, 1 / n, 1 / (n - 1), 1 + kStructureSigmas * std::sqrt(2 / (n - 1)), own, floor, shot);
+}
+
+}  // namespace
+
+SCATMAP_CLONES bool clean_row(const Mask* mask, int pixels, const CleanRow& row, std::uint8_t* good) {
+  double* value = row.value;
+  const float *floor = row.floor, *shot = row.shot;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < pixels; ++i) good[i] = std::abs(value[i]) <= kLargest ? 1 : 0;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < pixels; ++i) {
+    const bool finite = floor[i] + shot[i] <= std::numeric_limits<float>::max();
+    good[i] = static_cast<std::uint8_t>(good[i] & (finite ? 1 : 0));
+  }
+  std::uint8_t odd = 0;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < pixels; ++i) {
+    const auto unmasked = static_cast<std::uint8_t>(mask[i] == 0 ? 1 : 0);
+    odd = static_cast<std::uint8_t>(odd | (unmasked & (1 ^ good[i])));
+    good[i] = static_cast<std::uint8_t>(unmasked & good[i]);
+  }
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < pixels; ++i) value[i] = good[i] != 0 ? value[i] : 0;
+  return odd != 0;
+}
+
+SCATMAP_CLONES void expected_row(const WindowRows& rows, const float* floor, const float* shot, int pixels,
+                                 double* expected) {
+  ColumnSums sums;
+  alignas(64) std::uint8_t count[kStrip];
+  const double chance = 1 + kStructureSigmas * std::sqrt(2.0 / (kFull - 1));
+  for (int first = 0; first < pixels; first += kStrip) {
+    const int n = std::min(kStrip, pixels - first);
+    sum_columns(rows, first - kWindowReach, n + 2 * kWindowReach, sums);
+    const double* own = rows.value[kWindowReach] + first;
+    const std::uint8_t* good = rows.good[kWindowReach] + first;
+    int least = kFull;
+    SCATMAP_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+      count[i] = static_cast<std::uint8_t>(sums.count[i] + sums.count[i + 1] + sums.count[i + 2] + sums.count[i + 3] +
+                                           sums.count[i + 4] - good[i]);
+    }
+    SCATMAP_INDEPENDENT
+    for (int i = 0; i < n; ++i) least = std::min(least, static_cast<int>(count[i]) * static_cast<int>(good[i]));
+    SCATMAP_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+      expected[first + i] = local_estimate(neighbours(sums, i, own[i]), 1.0 / kFull, 1.0 / (kFull - 1), chance, own[i],
+                                           floor[first + i], shot[first + i]);
+    }
+    if (least == kFull) continue;
+    for (int i = 0; i < n; ++i) {
+      if (good[i] == 0) {
+        expected[first + i] = kNaN;
+      } else if (count[i] != kFull) {
+        expected[first + i] =
+            estimate_with(neighbours(sums, i, own[i]), count[i], own[i], floor[first + i], shot[first + i]);
+      }
+    }
+  }
+}
+
+GeometryRow geometry_row(const SampleView& view, int row) {
+  const Vector3<double> at = view.pixel(0, row), &step = view.column_step;
+  return {at.x(),
+          at.y(),
+          at.z(),
+          step.x(),
+          step.y(),
+          step.z(),
+          view.detector_normal.dot(at),
+          view.detector_normal.dot(step),
+          view.pixel_area_m2};
+}
+
+SCATMAP_CLONES void inverse_projected_row(const GeometryRow& row, int pixels, double* out) {
+  const GeometryRow g = row;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < pixels; ++i) {
+    const double x = g.x + i * g.x_step, y = g.y + i * g.y_step, z = g.z + i * g.z_step;
+    const double r2 = x * x + y * y + z * z;
+    out[i] = r2 * r2 / (g.area_m2 * (g.facing + i * g.facing_step) * z);
+  }
+}
+
+SCATMAP_CLONES bool brdf_row(const CleanRow& in, const double* expected, const double* inverse_projected, int pixels,
+                             const BrdfRow& out) {
+  const double* value = in.value;
+  const float *floor = in.floor, *shot = in.shot;
+  double *brdf = out.brdf_per_sr, *expected_f = out.expected_per_sr;
+  float* u_random = out.u_random_per_sr;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < pixels; ++i) {
+    const double e = expected[i], inverse = inverse_projected[i];
+    const double f = e == e ? value[i] * inverse : kNaN;  // expected is NaN where the pixel is not good
+    const auto variance =
+        static_cast<float>(static_cast<double>(floor[i]) + (e > 0 ? e : 0) * static_cast<double>(shot[i]));
+    brdf[i] = f;
+    expected_f[i] = e * inverse;
+    u_random[i] = static_cast<float>(static_cast<double>(std::sqrt(variance)) * inverse + 0 * f);
+  }
+  // Inside the frame an infinite f is no less rare than an overflow of the quotient; then the whole row is looked at.
+  int infinite = 0;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < pixels; ++i) infinite |= std::abs(brdf[i]) > kLargest ? 1 : 0;
+  return infinite != 0;
+}
+
+}  // namespace scatmap
