@@ -30,8 +30,7 @@ Interval cos_pi(const Interval& half_turns) {
 }
 
 Interval sinc_pi(const Interval& half_turns) {
-  const double nearest =
-      half_turns.contains(0) ? 0 : std::min(std::abs(half_turns.low), std::abs(half_turns.high));
+  const double nearest = half_turns.contains(0) ? 0 : std::min(std::abs(half_turns.low), std::abs(half_turns.high));
   const double farthest = half_turns.magnitude();
   // Falls from 1 to 0 over the first half turn; beyond it |sinc| < 1/(pi x).
   if (farthest <= 1) {

@@ -1,0 +1,22 @@
+#pragma once
+#include <cstddef>
+
+#include "scatmap/model/tile.h"
+
+namespace scatmap {
+
+/// The mean of the model over each pixel's square (pitch by pitch, evenly weighted) instead of its value at the centre:
+/// what a coarse or binned sensor sees of fringes and narrow lobes. Within `tolerance` of the mean:
+/// - where the second derivatives are bounded so that mean and centre cannot differ by more, the centre's value;
+/// - elsewhere two by two Gauss points in k by k parts of the pixel, k from a bound on the fourth derivatives;
+/// - where there is no such bound (along the normal, at the critical angle or a facet's horizon, features far narrower
+///   than a part), k doubles until two results agree to a tenth of the tolerance, kLargestParts at most. This last
+///   criterion is tested, not proven.
+/// NaN where the pixel's centre is below the horizon; elsewhere what lies below counts as 0.
+/// `values` points at the frame's pixel (0, 0), rows are `stride` apart.
+void pixel_average_tile(const ModelKernel& kernel, const DirectionPlane& plane, const ModelTolerance& tolerance,
+                        const Tile& tile, double* values, std::size_t stride);
+
+inline constexpr int kLargestParts = 128;
+
+}  // namespace scatmap

@@ -1,0 +1,67 @@
+#pragma once
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "scatmap/model/model_kernel.h"
+#include "scatmap/model/term_bound.h"
+
+namespace scatmap {
+
+/// Pixels [column, column + columns) × [row, row + rows).
+struct Tile {
+  int column, row, columns, rows;
+
+  PixelRange range(double margin = 0) const {
+    return {{column - margin, column + columns - 1 + margin}, {row - margin, row + rows - 1 + margin}};
+  }
+  int area() const { return columns * rows; }
+};
+
+/// How far a value may be off: `relative` times the larger of the value itself and kPeakShare of the peak.
+struct ModelTolerance {
+  double relative;
+  double peak_per_sr;  ///< at most the model's largest pixel value
+};
+
+/// Values below this share of the peak are held to an absolute error.
+inline constexpr double kPeakShare = 1e-6;
+
+/// What is left to compute in a tile: the terms whose own values matter, and what stands for the others. Made for the
+/// whole frame, narrowed from tile to tile within it.
+struct TileTerms {
+  std::vector<std::size_t> active;  ///< indices into ModelKernel::terms()
+  std::vector<Interval> values;     ///< of the active ones, in the tile
+  double constant_per_sr = 0;       ///< of the Lambertian terms and of those that vary too little to be computed
+  double spent_per_sr = 0;          ///< bound on the error made so far
+  double floor_per_sr = 0;          ///< no value in the tile is smaller
+  Interval cos_theta_s;
+
+  double allowed_per_sr(const ModelTolerance& tolerance) const {
+    return tolerance.relative * std::max(floor_per_sr, kPeakShare * tolerance.peak_per_sr);
+  }
+};
+
+/// All terms, nothing known.
+TileTerms all_terms(const ModelKernel& kernel);
+
+/// Bounds the active terms over the tile (widened by `margin` pixels on all sides) and drops those that cannot matter
+/// there: a term whose bound fits into what is left of `share` of the tolerance becomes 0, one that varies by no more
+/// than that becomes a constant. Rigorous: no pixel's error grows by more than what is added to spent_per_sr.
+TileTerms narrowed(const TileTerms& terms, const ModelKernel& kernel, const DirectionPlane& plane, const Tile& tile,
+                   double margin, const ModelTolerance& tolerance, double share);
+
+/// Bounds on the k-th Taylor coefficients (k = 2 and 4) of the sum of the active terms, per pixel^k, over the tile
+/// widened by `margin`. Infinite where there is no bound.
+struct Curvature {
+  double second_columns = 0, second_rows = 0;
+  double fourth_columns = 0, fourth_rows = 0;
+};
+Curvature curvature(const TileTerms& terms, const ModelKernel& kernel, const DirectionPlane& plane, const Tile& tile,
+                    double margin);
+
+/// A lower bound of the largest pixel value of a frame: the largest of some pixels, among them those nearest to each
+/// term's specular direction. 0 if all are NaN.
+double peak_floor(const ModelKernel& kernel, const DirectionPlane& plane, int rows, int columns);
+
+}  // namespace scatmap
