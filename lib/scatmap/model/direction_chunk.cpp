@@ -7,16 +7,20 @@
 
 namespace scatmap {
 
-SCATMAP_CLONES
-void fill_chunk(const DirectionPlane& plane, const Vector3<double>& wi, double column, double row,
-                DirectionChunk& chunk) {
-  const Vector3<double> start = plane.origin + row * plane.row_step;
+namespace {
+
+// Pixel i of the chunk at (column + i mod width, row + i / width).
+template <int kWidth>
+SCATMAP_INLINE void fill(const DirectionPlane& plane, const Vector3<double>& wi, double column, double row,
+                         DirectionChunk& chunk) {
+  const Vector3<double> start = plane.at(column, row);
   const double x0 = start.x(), y0 = start.y(), z0 = start.z();
-  const double dx = plane.column_step.x(), dy = plane.column_step.y(), dz = plane.column_step.z();
+  const double cx = plane.column_step.x(), cy = plane.column_step.y(), cz = plane.column_step.z();
+  const double rx = plane.row_step.x(), ry = plane.row_step.y(), rz = plane.row_step.z();
   const double wi_x = wi.x(), wi_y = wi.y(), wi_z = wi.z();
   for (int i = 0; i < kChunk; ++i) {
-    const double c = column + i;
-    const double x = x0 + c * dx, y = y0 + c * dy, z = z0 + c * dz;
+    const double c = i % kWidth, r = i / kWidth;
+    const double x = x0 + c * cx + r * rx, y = y0 + c * cy + r * ry, z = z0 + c * cz + r * rz;
     const double per_length = 1 / std::sqrt(x * x + y * y + z * z);
     const double ux = x * per_length, uy = y * per_length, uz = z * per_length;
     chunk.ws_x[i] = ux;
@@ -26,6 +30,20 @@ void fill_chunk(const DirectionPlane& plane, const Vector3<double>& wi, double c
     chunk.sum_y[i] = wi_y + uy;
     chunk.sum_z[i] = wi_z + uz;
   }
+}
+
+}  // namespace
+
+SCATMAP_CLONES
+void fill_chunk(const DirectionPlane& plane, const Vector3<double>& wi, double column, double row,
+                DirectionChunk& chunk) {
+  fill<kChunk>(plane, wi, column, row, chunk);
+}
+
+SCATMAP_CLONES
+void fill_block(const DirectionPlane& plane, const Vector3<double>& wi, double column, double row,
+                DirectionChunk& chunk) {
+  fill<kBlock>(plane, wi, column, row, chunk);
 }
 
 void complete_chunk(const Vector3<double>& wi, int count, DirectionChunk& chunk) {

@@ -22,6 +22,11 @@ struct DirectionChunk {
 /// Pixels column .. column + kChunk − 1 of a row; fractional positions and pixels off the array have directions too.
 void fill_chunk(const DirectionPlane& plane, const Vector3<double>& wi, double column, double row,
                 DirectionChunk& chunk);
+/// A square block of kBlock × kBlock pixels from (column, row) on, row after row.
+void fill_block(const DirectionPlane& plane, const Vector3<double>& wi, double column, double row,
+                DirectionChunk& chunk);
+inline constexpr int kBlock = 8;
+static_assert(kBlock * kBlock == kChunk);
 /// `count` <= kChunk directions, ws_x etc. already filled that far: fills the rest with the last and adds wi.
 void complete_chunk(const Vector3<double>& wi, int count, DirectionChunk& chunk);
 

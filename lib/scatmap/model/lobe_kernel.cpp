@@ -204,7 +204,7 @@ void LobeKernel::add(const DirectionChunk& chunk, Amplitudes amplitudes, ChunkRo
   const double* const x = constants_.tilted ? lobe.x : chunk.ws_x;
   const double* const y = constants_.tilted ? lobe.y : chunk.ws_y;
   const double* const z = constants_.tilted ? lobe.z : chunk.ws_z;
-  if (amplitudes == Amplitudes::kDouble) {
+  if (amplitudes == Amplitudes::kDouble || !single()) {
     (constants_.real ? add_real : add_complex)(constants_, x, y, z, lobe, values);
   } else {
     (constants_.real ? add_real_single : add_complex_single)(constants_, x, y, z, lobe, values);

@@ -18,7 +18,8 @@ class LobeKernel {
   LobeKernel(const MicrofacetTerm& term, double phi_ref_rad, Polarization polarization, const Vector3<double>& wi);
 
   /// Adds the term's BRDF in 1/sr; 0 where PreparedMicrofacet is, and where exp(...) < 1e-307. NaN in, NaN out.
-  /// A chunk all of whose exponentials are 0 costs 1 ns a pixel.
+  /// A chunk all of whose exponentials are 0 costs 1 ns a pixel. Amplitudes in float are taken only where they keep
+  /// kSingleModelError, as single() says.
   void add(const DirectionChunk& chunk, Amplitudes amplitudes, ChunkRow& values) const;
 
   /// What the kernel and the bounds of term_bound.h read.
@@ -34,6 +35,11 @@ class LobeKernel {
     double scale_per_sr;  ///< rho / (2 pi m²)
   };
   const Constants& constants() const { return constants_; }
+
+  /// Whether float will do: q_pp is a difference of parts up to |e| times its size, which costs 2 |e| 1.2e-7 of a Q
+  /// that has q_ss beside it, and has no bound for p light alone, where it may vanish (Brewster's angle).
+  bool single() const { return constants_.q.s_weight > 0 && std::abs(constants_.e) <= kLargestSingleE; }
+  static constexpr double kLargestSingleE = 64;
 
  private:
   Constants constants_;

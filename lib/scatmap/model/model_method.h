@@ -21,9 +21,9 @@ enum class ModelMethod {
 /// Bounds for directions given as doubles; what their own rounding adds is model_rounding_error(). Domain of both:
 /// angles of incidence and scattering up to 89 degrees, m from 1e-6 to 10, n from 1 + 1e-6 to metals; for total
 /// reflection (n < 1) no closer to the critical angle than 1e-6 in sin².
-inline constexpr double kExactModelError = 1e-13;
-inline constexpr double kVectorModelError = 1e-13;
-inline constexpr double kSingleModelError = 1e-5;
+inline constexpr double kExactModelError = 1e-12;
+inline constexpr double kVectorModelError = 1e-12;
+inline constexpr double kSingleModelError = 2e-5;
 /// `culled` keeps any tolerance from here on.
 inline constexpr double kSmallestCulledTolerance = 1e-11;
 /// What the tool asks for if nobody says otherwise: far below what files in single precision keep (6e-8).

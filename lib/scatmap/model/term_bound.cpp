@@ -143,7 +143,9 @@ Series<N> term_series(const ModelKernel::Term& term, const RangeDirections<N>& d
 
 template RangeDirections<0> range_directions(const DirectionPlane&, const Vector3<double>&, const PixelRange&, Along);
 template RangeDirections<4> range_directions(const DirectionPlane&, const Vector3<double>&, const PixelRange&, Along);
+template RangeDirections<8> range_directions(const DirectionPlane&, const Vector3<double>&, const PixelRange&, Along);
 template Series<0> term_series(const ModelKernel::Term&, const RangeDirections<0>&);
 template Series<4> term_series(const ModelKernel::Term&, const RangeDirections<4>&);
+template Series<8> term_series(const ModelKernel::Term&, const RangeDirections<8>&);
 
 }  // namespace scatmap

@@ -37,7 +37,10 @@ extern template RangeDirections<0> range_directions(const DirectionPlane&, const
                                                     Along);
 extern template RangeDirections<4> range_directions(const DirectionPlane&, const Vector3<double>&, const PixelRange&,
                                                     Along);
+extern template RangeDirections<8> range_directions(const DirectionPlane&, const Vector3<double>&, const PixelRange&,
+                                                    Along);
 extern template Series<0> term_series(const ModelKernel::Term&, const RangeDirections<0>&);
 extern template Series<4> term_series(const ModelKernel::Term&, const RangeDirections<4>&);
+extern template Series<8> term_series(const ModelKernel::Term&, const RangeDirections<8>&);
 
 }  // namespace scatmap

@@ -71,21 +71,25 @@ TileTerms narrowed(const TileTerms& terms, const ModelKernel& kernel, const Dire
   return out;
 }
 
-Curvature curvature(const TileTerms& terms, const ModelKernel& kernel, const DirectionPlane& plane, const Tile& tile,
-                    double margin) {
-  const auto columns = range_directions<4>(plane, kernel.wi(), tile.range(margin), Along::kColumns);
-  const auto rows = range_directions<4>(plane, kernel.wi(), tile.range(margin), Along::kRows);
-  Curvature out;
+template <int N>
+Curvature<N> curvature(const TileTerms& terms, const ModelKernel& kernel, const DirectionPlane& plane, const Tile& tile,
+                       double margin) {
+  const auto columns = range_directions<N>(plane, kernel.wi(), tile.range(margin), Along::kColumns);
+  const auto rows = range_directions<N>(plane, kernel.wi(), tile.range(margin), Along::kRows);
+  Curvature<N> out;
   for (const std::size_t i : terms.active) {
-    const Series<4> along_columns = term_series(kernel.terms()[i], columns);
-    const Series<4> along_rows = term_series(kernel.terms()[i], rows);
-    out.second_columns += along_columns.c[2].magnitude();
-    out.second_rows += along_rows.c[2].magnitude();
-    out.fourth_columns += along_columns.c[4].magnitude();
-    out.fourth_rows += along_rows.c[4].magnitude();
+    const Series<N> along_columns = term_series(kernel.terms()[i], columns);
+    const Series<N> along_rows = term_series(kernel.terms()[i], rows);
+    for (std::size_t k = 0; k <= N; ++k) {
+      out.columns[k] += along_columns.c[k].magnitude();
+      out.rows[k] += along_rows.c[k].magnitude();
+    }
   }
   return out;
 }
+
+template Curvature<4> curvature<4>(const TileTerms&, const ModelKernel&, const DirectionPlane&, const Tile&, double);
+template Curvature<8> curvature<8>(const TileTerms&, const ModelKernel&, const DirectionPlane&, const Tile&, double);
 
 double peak_floor(const ModelKernel& kernel, const DirectionPlane& plane, int rows, int columns) {
   double peak = 0;

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -51,14 +53,21 @@ TileTerms all_terms(const ModelKernel& kernel);
 TileTerms narrowed(const TileTerms& terms, const ModelKernel& kernel, const DirectionPlane& plane, const Tile& tile,
                    double margin, const ModelTolerance& tolerance, double share);
 
-/// Bounds on the k-th Taylor coefficients (k = 2 and 4) of the sum of the active terms, per pixel^k, over the tile
-/// widened by `margin`. Infinite where there is no bound.
+/// Bounds on the k-th Taylor coefficients of the sum of the active terms, per pixel^k, over the tile widened by
+/// `margin`: along the columns, along the rows, or both together. Infinite where there is no bound.
+template <int N>
 struct Curvature {
-  double second_columns = 0, second_rows = 0;
-  double fourth_columns = 0, fourth_rows = 0;
+  std::array<double, N + 1> columns{}, rows{};
+
+  double both(std::size_t k) const { return columns[k] + rows[k]; }
 };
-Curvature curvature(const TileTerms& terms, const ModelKernel& kernel, const DirectionPlane& plane, const Tile& tile,
-                    double margin);
+template <int N>
+Curvature<N> curvature(const TileTerms& terms, const ModelKernel& kernel, const DirectionPlane& plane, const Tile& tile,
+                       double margin);
+extern template Curvature<4> curvature<4>(const TileTerms&, const ModelKernel&, const DirectionPlane&, const Tile&,
+                                          double);
+extern template Curvature<8> curvature<8>(const TileTerms&, const ModelKernel&, const DirectionPlane&, const Tile&,
+                                          double);
 
 /// A lower bound of the largest pixel value of a frame: the largest of some pixels, among them those nearest to each
 /// term's specular direction. 0 if all are NaN.

@@ -46,10 +46,10 @@ void fill_row(const Cubic& p, int count, double* out) {
 
 }  // namespace
 
-double cubic_remainder_per_sr(const Curvature& curvature, const Tile& tile) {
+double cubic_remainder_per_sr(const Curvature<4>& curvature, const Tile& tile) {
   const auto error = [](double fourth, int count) { return fourth * std::pow(count / 2.0, 4) / 8; };
   constexpr double kBasis = 1.85;
-  return error(curvature.fourth_columns, tile.columns) + kBasis * error(curvature.fourth_rows, tile.rows);
+  return error(curvature.columns[4], tile.columns) + kBasis * error(curvature.rows[4], tile.rows);
 }
 
 void fill_cubic(const TileTerms& terms, const ModelKernel& kernel, const DirectionPlane& plane, const Tile& tile,
