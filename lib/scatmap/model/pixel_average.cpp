@@ -15,6 +15,8 @@ constexpr int kLargestColumns = kChunk, kLargestRows = 16;
 // The eighth derivatives' bounds cost as much as some hundred points of each pixel of a block.
 constexpr int kCheapPoints = 150;
 
+constexpr int kHorizonParts = 4;
+
 // Means of a tile, row after row.
 using Means = std::vector<double>;
 
@@ -64,23 +66,29 @@ class Averaging {
   void fill(const Tile& tile, const TileTerms& above) const {
     const TileTerms terms = narrowed(above, kernel_, plane_, tile, 0.5, tolerance_, kLeftOutShare);
     const bool above_horizon = terms.cos_theta_s.low > 0;
-    const std::vector<Node> centre{{0, 1}};
-    if (terms.cos_theta_s.high <= 0 || (terms.active.empty() && above_horizon))
-      return store(tile, means(tile, terms, centre));
+    if (terms.cos_theta_s.high <= 0) return store(tile, std::numeric_limits<double>::quiet_NaN());
+    if (terms.active.empty() && above_horizon) return store(tile, terms.constant_per_sr);
     if (tile.columns > kLargestColumns || tile.rows > kLargestRows) return halve(tile, terms);
     const double allowed = kMeanShare * terms.allowed_per_sr(tolerance_);
+    const std::vector<Node> centre{{0, 1}};
     const Curvature<8> c = curvature<8>(terms, kernel_, plane_, tile, 0.5);
     // The mean of (x − centre)² over a pixel is 1/12.
     if (above_horizon && c.both(2) <= 12 * allowed) return store(tile, means(tile, terms, centre));
     const Rule rule = rule_for(c, allowed);
     if (!is_block(tile) && !(above_horizon && rule.points() <= kCheapPoints)) return blocks(tile, terms);
-    if (above_horizon && rule.parts <= kLargestParts)
+    // No mean converges over a pixel that the horizon cuts: a fixed number of points.
+    if (!above_horizon) return store(tile, means(tile, terms, gauss_nodes(2, kHorizonParts)));
+    if (rule.parts <= kLargestParts)
       return store(tile, means(tile, terms, gauss_nodes(rule.order, std::max(1, static_cast<int>(rule.parts) + 1))));
     converge(tile, terms, std::isfinite(c.both(4)) ? kLargestParts / 4 : 8, allowed / kMeanShare / 10);
   }
 
  private:
   static bool is_block(const Tile& tile) { return tile.columns <= kBlock && tile.rows <= kBlock; }
+
+  double* at(const Tile& tile, int row) const {
+    return values_ + static_cast<std::size_t>(tile.row + row) * stride_ + static_cast<std::size_t>(tile.column);
+  }
 
   void halve(const Tile& tile, const TileTerms& terms) const {
     Tile first = tile, second = tile;
@@ -133,13 +141,16 @@ class Averaging {
     return out;
   }
 
+  void store(const Tile& tile, double value) const {
+    for (int r = 0; r < tile.rows; ++r) std::fill_n(at(tile, r), tile.columns, value);
+  }
+
   void store(const Tile& tile, const Means& means) const {
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
     for (int r = 0; r < tile.rows; ++r) {
       for (int c = 0; c < tile.columns; ++c) {
         const bool seen = plane_.at(tile.column + c, tile.row + r).z() > 0;
-        values_[static_cast<std::size_t>(tile.row + r) * stride_ + static_cast<std::size_t>(tile.column + c)] =
-            seen ? means[static_cast<std::size_t>(r * tile.columns + c)] : kNaN;
+        at(tile, r)[c] = seen ? means[static_cast<std::size_t>(r * tile.columns + c)] : kNaN;
       }
     }
   }
