@@ -80,7 +80,7 @@ class Averaging {
     if (!above_horizon) return store(tile, means(tile, terms, gauss_nodes(2, kHorizonParts)));
     if (rule.parts <= kLargestParts)
       return store(tile, means(tile, terms, gauss_nodes(rule.order, std::max(1, static_cast<int>(rule.parts) + 1))));
-    converge(tile, terms, std::isfinite(c.both(4)) ? kLargestParts / 4 : 8, allowed / kMeanShare / 10);
+    converge(tile, terms, kLargestParts / 8, allowed / kMeanShare / 10);
   }
 
  private:

@@ -36,11 +36,16 @@ double value(const Cubic& p, double x) { return p[0] + x * (p[1] + x * (p[2] + x
 double node_position(int first, int count, double x) { return first + (x * count + count - 1) / 2; }
 
 SCATMAP_CLONES
-void fill_row(const Cubic& p, int count, double* out) {
+void fill_row(const Cubic& p, int count, double* out, Fill how) {
   const double per_count = 1.0 / count, p0 = p[0], p1 = p[1], p2 = p[2], p3 = p[3];
-  for (int i = 0; i < count; ++i) {
+  const auto cubic = [&](int i) {
     const double x = (2 * i - count + 1) * per_count;
-    out[i] = p0 + x * (p1 + x * (p2 + x * p3));
+    return p0 + x * (p1 + x * (p2 + x * p3));
+  };
+  if (how == Fill::kAssign) {
+    for (int i = 0; i < count; ++i) out[i] = cubic(i);
+  } else {
+    for (int i = 0; i < count; ++i) out[i] += cubic(i);
   }
 }
 
@@ -53,7 +58,7 @@ double cubic_remainder_per_sr(const Curvature<4>& curvature, const Tile& tile) {
 }
 
 void fill_cubic(const TileTerms& terms, const ModelKernel& kernel, const DirectionPlane& plane, const Tile& tile,
-                double* values, std::size_t stride) {
+                double* values, std::size_t stride, Fill how) {
   static const std::array<Cubic, kNodes> kBasis = basis_cubics();
   DirectionChunk chunk;
   for (std::size_t r = 0; r < kNodes; ++r) {
@@ -78,7 +83,7 @@ void fill_cubic(const TileTerms& terms, const ModelKernel& kernel, const Directi
         for (std::size_t k = 0; k < kNodes; ++k) p[k] += weight * node_values[r * kNodes + c] * kBasis[c][k];
       }
     }
-    fill_row(p, tile.columns, values + static_cast<std::size_t>(row) * stride);
+    fill_row(p, tile.columns, values + static_cast<std::size_t>(row) * stride, how);
   }
 }
 

@@ -11,9 +11,11 @@ namespace scatmap {
 /// 1.85 is the largest sum of the four basis polynomials.
 double cubic_remainder_per_sr(const Curvature<4>& curvature, const Tile& tile);
 
-/// Fills a tile with `terms.constant_per_sr` and that cubic; `values` points at its first pixel, rows are `stride`
-/// apart.
+enum class Fill { kAssign, kAdd };
+
+/// Fills a tile with `terms.constant_per_sr` and that cubic, or adds them; `values` points at its first pixel, rows are
+/// `stride` apart.
 void fill_cubic(const TileTerms& terms, const ModelKernel& kernel, const DirectionPlane& plane, const Tile& tile,
-                double* values, std::size_t stride);
+                double* values, std::size_t stride, Fill how);
 
 }  // namespace scatmap
