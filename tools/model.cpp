@@ -35,7 +35,7 @@ CLI::Validator tolerance_range() {
             if (CLI::detail::lexical_cast(text, value) && value >= 1e-15 && value <= 0.1) return std::string();
             return "Value " + text + " not in range 1e-15 to 0.1";
           },
-          "FLOAT in [1e-15 - 0.1]"};
+          "in [1e-15, 0.1]"};
 }
 
 FrameModelOptions evaluation(const Options& o) {

@@ -34,6 +34,7 @@ void add(MethodErrors& errors, const ModelCase& c, const std::vector<double>& va
 }
 
 using Random = std::mt19937_64;
+using Long = long double;
 double uniform(Random& r, double low, double high) { return std::uniform_real_distribution<double>(low, high)(r); }
 double log_uniform(Random& r, double low, double high) { return std::exp(uniform(r, std::log(low), std::log(high))); }
 
@@ -103,6 +104,53 @@ std::vector<double> filled(const FrameCase& f, const FrameModelOptions& options)
   return out;
 }
 
+// Where truth and product mean the same to rounding: not along the normal in polarised light, not beside the critical
+// angle, not below 1 degree of grazing.
+bool has_truth(const FrameCase& f, const Vector3<Long>& ws) {
+  if (f.model.wi.x() == 0 && f.model.model.polarization != Polarization::kUnpolarized) return false;
+  for (const Term& term : f.model.model.terms) {
+    const auto* lobe = std::get_if<MicrofacetTerm>(&term);
+    if (lobe != nullptr && lobe->n.real() < 1) return false;
+  }
+  return ws.z() > 0.0175L;
+}
+
+std::string place(const FrameCase& f, int frame, std::size_t i, double expected, double value, double tolerance) {
+  char out[200];
+  std::snprintf(out, sizeof out, "frame %d of %d x %d, column %zu, row %zu: %.17g, culled %.17g at %.2g", frame,
+                f.columns, f.rows, i % static_cast<std::size_t>(f.columns), i / static_cast<std::size_t>(f.columns),
+                expected, value, tolerance);
+  return out;
+}
+
+// Error in units of what is allowed; infinite for NaN.
+double part_of(double allowed, double value, double expected, double peak) {
+  const double scale = std::max(expected, kPeakShare * peak);
+  if (!(scale > 1e-30)) return 0;
+  const double error = std::abs(value - expected) / scale / allowed;
+  return std::isnan(error) ? HUGE_VAL : error;
+}
+
+void compare_with_truth(const FrameCase& f, int frame, const std::vector<double>& culled, double tolerance,
+                        double allowed, double peak, Random& random, CullingErrors& out) {
+  for (int k = 0; k < 20; ++k) {
+    const auto i = std::uniform_int_distribution<std::size_t>(0, culled.size() - 1)(random);
+    const auto column = static_cast<Long>(i % static_cast<std::size_t>(f.columns));
+    const auto row = static_cast<Long>(i / static_cast<std::size_t>(f.columns));
+    const Vector3<Long> ray =
+        f.plane.origin.cast<Long>() + column * f.plane.column_step.cast<Long>() + row * f.plane.row_step.cast<Long>();
+    const Vector3<Long> ws = ray / ray.norm();
+    if (!has_truth(f, ws)) continue;
+    ++out.truths;
+    const auto expected = static_cast<double>(truth_at(f.model, ws));
+    const double part = part_of(allowed, culled[i], expected, peak);
+    if (part > out.largest_of_allowed_truth) {
+      out.largest_of_allowed_truth = part;
+      out.where_truth = place(f, frame, i, expected, culled[i], tolerance);
+    }
+  }
+}
+
 }  // namespace
 
 RegimeErrors measure_regime(Regime regime, int cases, int directions, unsigned long seed) {
@@ -139,18 +187,13 @@ CullingErrors measure_culling(int frames, unsigned long seed) {
     for (std::size_t i = 0; i < vector.size(); ++i) {
       ++out.pixels;
       if (std::isnan(vector[i]) && std::isnan(culled[i])) continue;
-      const double scale = std::max(vector[i], kPeakShare * peak);
-      double error = scale > 1e-250 ? std::abs(culled[i] - vector[i]) / scale / allowed : 0;
-      if (std::isnan(error)) error = HUGE_VAL;
-      if (error > out.largest_of_allowed) {
-        out.largest_of_allowed = error;
-        char where[200];
-        std::snprintf(where, sizeof where, "frame %d of %d x %d, column %zu, row %zu: %.17g, culled %.17g at %.2g", k,
-                      f.columns, f.rows, i % static_cast<std::size_t>(f.columns),
-                      i / static_cast<std::size_t>(f.columns), vector[i], culled[i], tolerance);
-        out.where = where;
+      const double part = part_of(allowed, culled[i], vector[i], peak);
+      if (part > out.largest_of_allowed) {
+        out.largest_of_allowed = part;
+        out.where = place(f, k, i, vector[i], culled[i], tolerance);
       }
     }
+    compare_with_truth(f, k, culled, tolerance, allowed + kVectorModelError, peak, random, out);
   }
   return out;
 }

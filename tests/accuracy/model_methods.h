@@ -21,12 +21,14 @@ struct RegimeErrors {
 RegimeErrors measure_regime(Regime regime, int cases, int directions, unsigned long seed);
 
 /// Random flat detectors whose tiles are set up against the culling: lobes and fringes between samples, at tile edges
-/// and corners, horizons through the frame, several terms of very different size. Counts pixels whose `culled` value
-/// differs from the `vector` one by more than the tolerance and rounding, and the largest part of the tolerance used.
+/// and corners, horizons through the frame, several terms of very different size. Every pixel's `culled` value against
+/// the `vector` one, and some against long double truth on the plane's own vectors.
 struct CullingErrors {
-  double largest_of_allowed = 0;
+  double largest_of_allowed = 0;  ///< against `vector`, in units of tolerance and rounding
+  double largest_of_allowed_truth = 0;
   long pixels = 0;
-  std::string where;
+  long truths = 0;
+  std::string where, where_truth;
 };
 CullingErrors measure_culling(int frames, unsigned long seed);
 

@@ -28,8 +28,12 @@ TEST(ModelMethodsSlow, KeepTheirBounds) {
 TEST(CulledModelSlow, KeepsItsToleranceOnAdversarialFrames) {
   const CullingErrors e = measure_culling(4000, 20260804);
   EXPECT_LE(e.largest_of_allowed, 1) << e.where;
+  EXPECT_LE(e.largest_of_allowed_truth, 1) << e.where_truth;
+  EXPECT_GT(e.truths, 20000);
   EXPECT_GT(e.pixels, 100000000);
   std::printf("%ld pixels, largest %.3f of what is allowed: %s\n", e.pixels, e.largest_of_allowed, e.where.c_str());
+  std::printf("%ld truths, largest %.3f of what is allowed: %s\n", e.truths, e.largest_of_allowed_truth,
+              e.where_truth.c_str());
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #include "scatmap/compare/model_map.h"
 
-#include <algorithm>
+#include <cstdio>
 #include <limits>
 
 #include "scatmap/base/number_text.h"
@@ -9,12 +9,18 @@
 namespace scatmap {
 namespace {
 
+std::string two_digits(double value) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%.1e", value);
+  return text;
+}
+
 std::string method_note(const FrameModelOptions& options, double rounding) {
   const std::string what = options.pixel_average ? "means over the pixels" : "values at pixel centres";
   const std::string method = options.pixel_average ? "adaptive Gauss points" : model_method_name(options.method);
   return "model: " + what + ", method " + method + ", error at most " + number_text(model_error_bound(options)) +
          " of the larger of the value and " + number_text(kPeakShare) +
-         " of the largest; rounding of directions adds " + number_text(rounding) + " at most";
+         " of the largest; rounding of directions adds " + two_digits(rounding) + " at most";
 }
 
 }  // namespace
