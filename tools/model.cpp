@@ -22,8 +22,37 @@ struct Options {
   std::string model;
   std::string like;
   std::string precision = "single";
+  std::string method;
+  double tolerance_rel = kDefaultModelTolerance;
+  bool pixel_average = false;
   OutputOptions output;
 };
+
+// 1e-15 to 0.1, and not NaN, which CLI::Range lets through.
+CLI::Validator tolerance_range() {
+  return {[](std::string& text) {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && value >= 1e-15 && value <= 0.1) return std::string();
+            return "Value " + text + " not in range 1e-15 to 0.1";
+          },
+          "in [1e-15, 0.1]"};
+}
+
+FrameModelOptions evaluation(const Options& o) {
+  const auto named = model_method_of(o.method);
+  const ModelMethod method = named ? *named : choose_model_method(o.tolerance_rel);
+  if ((method == ModelMethod::kCulled || o.pixel_average) && o.tolerance_rel < kSmallestCulledTolerance) {
+    throw Error({"--tolerance-rel", "is finer than tiles keep", number_text(o.tolerance_rel),
+                 number_text(kSmallestCulledTolerance) + " or more, or --method exact"});
+  }
+  return {method, o.tolerance_rel, o.pixel_average};
+}
+
+std::vector<std::string> method_names() {
+  std::vector<std::string> names;
+  for (const MethodBound& row : model_method_bounds()) names.emplace_back(row.method);
+  return names;
+}
 
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
@@ -34,7 +63,8 @@ void run(const Options& o, const Invocation& invocation) {
     throw Error({o.model + ": wavelength_nm", "differs from that of " + o.like,
                  number_text(model.wavelength_m / kMetrePerNm), number_text(view.wavelength_m / kMetrePerNm)});
   }
-  BrdfMap map = model_map(model, view.instrument, view.pose);
+  const FrameModelOptions options = evaluation(o);
+  BrdfMap map = model_map(model, view.instrument, view.pose, options);
   map.provenance = {invocation.command_line, "scatmap " + version(), {record_input(o.model), record_input(o.like)}};
   for (const std::string& target : o.output.targets) {
     if (extension_of(target) == ".exr") {
@@ -49,10 +79,14 @@ void run(const Options& o, const Invocation& invocation) {
     if (f > largest) largest = f;
   }
   if (o.output.json) {
-    const nlohmann::json out{{"theta_i_deg", map.angles.theta_i_rad * kDegPerRad},
-                             {"largest_per_sr", largest},
-                             {"terms", model.terms.size()},
-                             {"method", "exact"}};
+    const nlohmann::json out{
+        {"theta_i_deg", map.angles.theta_i_rad * kDegPerRad},
+        {"largest_per_sr", largest},
+        {"terms", model.terms.size()},
+        {"method", o.pixel_average ? "pixel-average" : model_method_name(options.method)},
+        {"bound_rel", model_error_bound(options)},
+        {"rounding_rel", model_rounding_error(model, sample_view(view.instrument, view.pose).to_source,
+                                              view.instrument.geometry.distance)}};
     std::printf("%s\n", out.dump(2).c_str());
   } else {
     std::printf("%zu terms at theta_i %.4f deg, largest BRDF %.4g sr^-1\n", model.terms.size(),
@@ -70,6 +104,16 @@ void setup_model(CLI::App& app, const Invocation& invocation) {
   verb->add_option("--precision", o->precision, "of BRDF in FITS; angles are always double")
       ->check(CLI::IsMember({"single", "double"}))
       ->capture_default_str();
+  verb->add_option("--tolerance-rel", o->tolerance_rel,
+                   "error allowed, relative to the larger of the value and 1e-6 of the largest; the cheapest "
+                   "method within it is taken")
+      ->check(tolerance_range())
+      ->capture_default_str();
+  CLI::Option* const method = verb->add_option("--method", o->method, "a method by name, whatever its error")
+                                  ->check(CLI::IsMember(method_names()));
+  verb->add_flag("--pixel-average", o->pixel_average,
+                 "means over the pixels within the tolerance, not values at centres")
+      ->excludes(method);
   o->output.add_to(*verb, "OUT.fits or OUT.exr; give -o twice for both", {".fits", ".fit", ".exr"});
   verb->callback([o, invocation] { run(*o, invocation); });
 }

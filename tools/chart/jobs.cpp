@@ -4,6 +4,7 @@
 
 #include "tools/chart/angles.h"
 #include "tools/chart/uncertainty.h"
+#include "tools/chart/model.h"
 
 namespace scatmap::tools {
 
@@ -11,6 +12,7 @@ std::span<const ChartJob> chart_jobs() {
   static constexpr std::array kJobs{
       ChartJob{"angles", chart_angles},
       ChartJob{"uncertainty", chart_uncertainty},
+      ChartJob{"model", chart_model},
   };
   return kJobs;
 }

@@ -86,7 +86,8 @@ std::string text_of(const MicrofacetTerm& term) {
 
 std::string text_of(const StripesTerm& term) {
   return line("kind", "\"stripes\"") + line("rho", number_text(term.rho)) +
-         line("a_um", number_text_in_unit(term.a_m, kMetrePerUm)) + line("b_um", number_text_in_unit(term.b_m, kMetrePerUm)) +
+         line("a_um", number_text_in_unit(term.a_m, kMetrePerUm)) +
+         line("b_um", number_text_in_unit(term.b_m, kMetrePerUm)) +
          line("c_um", number_text_in_unit(term.c_m, kMetrePerUm)) +
          line("form", term.form == StripesForm::kPaper ? "\"paper\"" : "\"grating\"");
 }

@@ -35,6 +35,16 @@ class PolarizationFactors {
   /// unpolarised. NaN in, NaN out.
   double q(const Vector3<double>& ws) const;
 
+  /// What depends on the incident direction only, for the kernels that evaluate many scattered directions at once.
+  struct Incident {
+    std::complex<double> contrast;  ///< e − 1
+    std::complex<double> e_sin_i;   ///< e sin(theta_i)
+    std::complex<double> g_i;       ///< sqrt(e − sin²(theta_i))
+    double forward_x, forward_y;    ///< unit, away from the source
+    double s_weight, p_weight;      ///< of the two incident polarisations, |e − 1|² and their denominators included
+  };
+  Incident incident() const { return {contrast_, e_sin_i_, g_i_, forward_x_, forward_y_, s_weight_, p_weight_}; }
+
  private:
   struct Parts;
   Parts parts(const Vector3<double>& ws) const;
