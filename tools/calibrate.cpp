@@ -48,6 +48,14 @@ std::string provenance_comment(const Provenance& p) {
   return text;
 }
 
+// What is wrong with the nominal file is named with it; what is wrong with targets names itself.
+calib::CalibrationResult calibrated(const calib::TargetList& list, const Instrument& nominal, const Options& o) try {
+  return calib::calibrate(list, nominal, o.calibrate);
+} catch (const Error& e) {
+  if (nominal.lens_cameramodel) throw with_context(o.instrument, e);
+  throw;
+}
+
 void run(Options o, const Invocation& invocation) {
   o.output.check();
   for (const std::string& p : o.priors) read_prior(p, o.calibrate.choices);
@@ -56,7 +64,7 @@ void run(Options o, const Invocation& invocation) {
   const calib::TargetList list = calib::read_targets(o.targets);
   const Provenance provenance{
       invocation.command_line, "scatmap " + version(), {record_input(o.targets), record_input(o.instrument)}};
-  const calib::CalibrationResult result = calib::calibrate(list, nominal, o.calibrate);
+  const calib::CalibrationResult result = calibrated(list, nominal, o);
   const std::string text = provenance_comment(provenance) + to_toml(result.instrument);
   for (const std::string& target : o.output.targets) write_text_file(target, text, o.output.overwrite());
   std::printf("%s\n", (o.output.json ? calib::report_json(list, result) : calib::report_text(list, result)).c_str());

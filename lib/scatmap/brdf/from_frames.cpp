@@ -160,12 +160,29 @@ std::optional<OverlapReport> measure_overlap(const Measurement& m, const Exposur
   return out;
 }
 
-SampleView view_of(const Measurement& m) {
+// Before any frame is read.
+void require_possible_pose(const Measurement& m) {
   try {
-    return sample_view(m.instrument, m.pose);
+    sample_view(m.instrument, m.pose);
   } catch (const Error& e) {
     throw with_context(m.file.string(), e);
   }
+}
+
+AngleMap angles_of(const Measurement& m) {
+  try {
+    return angle_map(m.instrument, m.pose);
+  } catch (const Error& e) {
+    throw with_context(m.instrument_file.string(), e);
+  }
+}
+
+void add_pose_uncertainty(const Measurement& m, const Grid<double>& expected, BrdfMap& map) {
+  if (m.instrument.lens_cameramodel && m.instrument.calibration) {
+    map.notes.push_back("pose uncertainty is left out: the calibration describes a flat detector, not one with a lens");
+    return;
+  }
+  if (auto u_pose = pose_uncertainty(m.instrument, m.pose, expected)) map.u_pose_per_sr = std::move(*u_pose);
 }
 
 Signature signature_of(const Measurement& m, const Counts& counts) {
@@ -198,7 +215,7 @@ BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, Filt
   map.instrument = m.instrument;
   map.pose = m.pose;
   map.wavelength_m = m.wavelength_m;
-  const SampleView view = view_of(m);
+  require_possible_pose(m);
   FrameSource source(m);
   if (progress) progress("signature", 0);
   {
@@ -215,12 +232,12 @@ BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, Filt
   if (filters == FilterValues::kByOverlap) out.overlap = measure_overlap(m, causes, reductions, map);
   if (progress) progress("map", 0.9);
   const Merged merged = merge(scaled(reductions));
-  map.angles = angle_map(view, m.instrument.rows, m.instrument.columns);
+  map.angles = angles_of(m);
   const Grid<double> expected = apply_geometry(merged, map);
   require_some_good_pixel(m, map);
   const Grid<float> nonlinearity = nonlinearity_change(m, reductions, out.signature, merged);
   split_causes(causes, out.overlap ? &out.overlap->solution : nullptr, {merged, expected, nonlinearity}, map);
-  if (auto u_pose = pose_uncertainty(m.instrument, m.pose, expected)) map.u_pose_per_sr = std::move(*u_pose);
+  add_pose_uncertainty(m, expected, map);
   return out;
 }
 
