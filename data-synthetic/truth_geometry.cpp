@@ -25,8 +25,9 @@ TruthGeometry::TruthGeometry(const Bench& bench, long double stage_deg, long dou
 void TruthGeometry::place_sample(const Bench& bench, long double stage_deg, long double tilt_deg) {
   z_ = turn_y(turn_x({0, 0, 1}, tilt_deg), stage_deg);
   const Vec3 along = beam_direction_ - dot(beam_direction_, z_) * z_;
-  x_ = length(along) > kParallel ? unit(along) : turn_y({1, 0, 0}, stage_deg);
-  y_ = cross(z_, x_);
+  // By way of y: near normal incidence `along` is a small difference and need not lie in the surface.
+  y_ = unit(cross(z_, length(along) > kParallel ? along : turn_y({1, 0, 0}, stage_deg)));
+  x_ = cross(y_, z_);
   const long double height_m = kMetrePerMillimetre * bench.sample_height_mm;
   const long double way_m = (height_m - dot(z_, beam_point_m_)) / dot(z_, beam_direction_);
   spot_m_ = beam_point_m_ + way_m * beam_direction_;

@@ -37,6 +37,7 @@ int run(int argc, char** argv) {
   scatmap::tools::setup_uncertainty(app, invocation);
   scatmap::tools::setup_sensor(app, invocation);
   scatmap::tools::setup_export(app, invocation);
+  scatmap::tools::setup_chart(app, invocation);
   const auto verbs = app.get_subcommands([](const CLI::App*) { return true; });
   const auto named = [&](const CLI::App* verb) { return argv[1] == verb->get_name(); };
   if (argc > 1 && argv[1][0] != '-' && std::none_of(verbs.begin(), verbs.end(), named)) {

@@ -20,5 +20,6 @@ void setup_sensor(CLI::App& app, const Invocation& invocation);
 void setup_spots(CLI::App& app, const Invocation& invocation);
 void setup_calibrate(CLI::App& app, const Invocation& invocation);
 void setup_export(CLI::App& app, const Invocation& invocation);
+void setup_chart(CLI::App& app, const Invocation& invocation);
 
 }  // namespace scatmap::tools

@@ -106,6 +106,25 @@ TEST(AngleMap, LongDoubleDerivationOverRandomBenches) {
   RecordProperty("worst_solid_angle", std::to_string(worst_omega * 1e16L) + "e-16");
 }
 
+// The sample's x axis is then the difference of two nearly equal vectors.
+TEST(AngleMap, NearNormalIncidence) {
+  for (const double stage_deg : {1e-10, 1e-9, 1e-7, 1e-4}) {
+    synth::Bench b;
+    b.columns = b.rows = 64;
+    b.pitch_um = {200, 200};
+    b.distance_mm = 325;
+    const synth::TruthGeometry truth(b, stage_deg, 10);
+    const SampleView view = sample_view(test::instrument_of(b), {stage_deg * kRadPerDeg, 10 * kRadPerDeg});
+    for (const int row : {0, 20, 63}) {
+      const auto expected = truth.pixel(7, row).value();
+      const PixelAngles a = pixel_angles(view, 7, row);
+      const AngleError e = angle_error(a.theta_s_rad, a.phi_s_rad, expected.theta_s_rad, expected.phi_s_rad);
+      EXPECT_LE(e.theta, kAngleMaxError_rad) << stage_deg;
+      EXPECT_LE(e.across, kAngleMaxError_rad) << stage_deg;
+    }
+  }
+}
+
 Instrument aligned() {
   Instrument in;
   in.columns = 101;

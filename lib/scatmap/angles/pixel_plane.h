@@ -47,12 +47,12 @@ LabView<T> lab_view(const Geometry<T>& g, const Instrument& array, const MotorAn
   const T length2 = forward.squaredNorm();
   constexpr double kParallel2 = 1e-24;  // |k − (k·n)n| below 1e-12: direction is rounding error
   if (length2 > T(kParallel2)) {
-    forward /= sqrt(length2);
+    forward /= sqrt(length2);  // near normal incidence the cancellation above leaves it off the surface
   } else {
     forward = stage_rotation.col(0);
-    forward -= normal * forward.dot(normal);
-    forward /= sqrt(forward.squaredNorm());
   }
+  forward -= normal * forward.dot(normal);
+  forward /= sqrt(forward.squaredNorm());
   view.sample_from_lab.row(0) = forward.transpose();
   view.sample_from_lab.row(1) = normal.cross(forward).transpose();
   view.sample_from_lab.row(2) = normal.transpose();

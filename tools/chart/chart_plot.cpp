@@ -1,0 +1,160 @@
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "scatmap/base/number_text.h"
+#include "tools/chart/chart_output.h"
+
+namespace scatmap::tools {
+namespace {
+
+struct Box {
+  double left, right, bottom, top;
+};
+
+// Errors of 0 have no place on a logarithmic axis: they stand on its lowest decade.
+double drawn_error(double error, double floor) { return error > floor ? error : floor; }
+
+std::vector<const ChartRow*> drawn_rows(const Chart& chart) {
+  std::vector<const ChartRow*> out;
+  if (chart.rows.empty()) return out;
+  for (const ChartRow& row : chart.rows) {
+    if (row.threads == 1 && row.size == chart.rows.back().size && row.time.minimum_ns > 0 && row.largest_error >= 0 &&
+        std::isfinite(row.largest_error))
+      out.push_back(&row);
+  }
+  return out;
+}
+
+double smallest_error(const Chart& chart, const std::vector<const ChartRow*>& rows) {
+  double smallest = HUGE_VAL;
+  for (const ChartRow* row : rows) {
+    if (row->largest_error > 0) smallest = std::min(smallest, row->largest_error);
+  }
+  for (const ChartLine& line : chart.error_lines) smallest = std::min(smallest, line.value);
+  return std::isfinite(smallest) ? smallest : 1e-16;
+}
+
+Box box_of(const Chart& chart, const std::vector<const ChartRow*>& rows, double floor) {
+  Box box{HUGE_VAL, 0, floor, 0};
+  const auto time = [&](double ns) {
+    box.left = std::min(box.left, ns);
+    box.right = std::max(box.right, ns);
+  };
+  for (const ChartRow* row : rows) {
+    time(row->time.minimum_ns);
+    box.top = std::max(box.top, drawn_error(row->largest_error, floor));
+    if (row->bound) box.top = std::max(box.top, *row->bound);
+  }
+  for (const ChartLine& line : chart.time_lines) time(line.value);
+  for (const ChartLine& line : chart.error_lines) box.top = std::max(box.top, line.value);
+  return {box.left / 2, box.right * 6, box.bottom / 10, box.top * 30};
+}
+
+std::string label_at(const std::string& text, double x, double y, const std::string& options) {
+  return "set label " + gnuplot_text(text) + " at " + number_text(x) + "," + number_text(y) + " " + options + "\n";
+}
+
+std::string lines_text(const Chart& chart, const Box& box) {
+  std::string out;
+  for (const ChartLine& line : chart.time_lines) {
+    out += "set arrow from " + number_text(line.value) + "," + number_text(box.bottom) + " to " +
+           number_text(line.value) + "," + number_text(box.top) + " nohead dt 2 lc rgb '#808080'\n";
+    out += label_at(line.label, line.value * 1.04, box.bottom * 1.3, "rotate left font ',11' tc rgb '#606060'");
+  }
+  for (const ChartLine& line : chart.error_lines) {
+    out += "set arrow from " + number_text(box.left) + "," + number_text(line.value) + " to " + number_text(box.right) +
+           "," + number_text(line.value) + " nohead dt 4 lc rgb '#b2182b'\n";
+    out += label_at(line.label, box.right / 1.05, line.value * 1.4, "right font ',11' tc rgb '#b2182b'");
+  }
+  return out;
+}
+
+std::string frame_text(const Chart& chart, const Box& box) {
+  const std::string unit = chart.error_unit.empty() ? "relative" : chart.error_unit;
+  return "set logscale xy\nset border 3 lc rgb '#404040'\nset tics out nomirror\n"
+         "set format x '%g'\nset format y '10^{%L}'\nset grid lc rgb '#e8e8e8' lt 1\n"
+         "set title " +
+         gnuplot_text(chart.title) +
+         " font ',16'\n"
+         "set xlabel " +
+         gnuplot_text("time per " + chart.item + ", ns (one thread, " + chart.rows.back().size + ")") +
+         "\nset ylabel " + gnuplot_text("largest " + chart.error_name + ", " + unit) + "\nset label " +
+         gnuplot_text("against " + chart.reference) +
+         " at graph 0.01,0.98 font ',11' tc rgb '#606060'\n"
+         "set label " +
+         gnuplot_text(machine_text()) +
+         " at screen 0.99,0.018 right font ',9' tc rgb '#808080'\n"
+         "set bmargin 5\nset key bottom left reverse Left\nset xrange [" +
+         number_text(box.left) + ":" + number_text(box.right) + "]\nset yrange [" + number_text(box.bottom) + ":" +
+         number_text(box.top) + "]\n";
+}
+
+// Front points in order of time, a step to each.
+std::string front_block(const Chart& chart, const std::vector<const ChartRow*>& rows, double floor) {
+  std::vector<const ChartRow*> front;
+  for (const ChartRow* row : rows) {
+    if (on_pareto_front(chart, *row)) front.push_back(row);
+  }
+  std::sort(front.begin(), front.end(),
+            [](const ChartRow* a, const ChartRow* b) { return a->time.minimum_ns < b->time.minimum_ns; });
+  std::string out = "$front << EOD\n";
+  for (const ChartRow* row : front)
+    out += number_text(row->time.minimum_ns) + " " + number_text(drawn_error(row->largest_error, floor)) + "\n";
+  return out + "EOD\n";
+}
+
+std::string points_block(const char* name, const std::vector<const ChartRow*>& rows, double floor, bool rivals) {
+  std::string out = std::string("$") + name + " << EOD\n";
+  for (const ChartRow* row : rows) {
+    if (row->rival != rivals) continue;
+    out += number_text(row->time.minimum_ns) + " " + number_text(drawn_error(row->largest_error, floor)) + " " +
+           number_text(row->time.minimum_ns + row->time.spread_ns) + "\n";
+  }
+  return out + "EOD\n";
+}
+
+std::string bounds_block(const std::vector<const ChartRow*>& rows) {
+  std::string out = "$bounds << EOD\n";
+  for (const ChartRow* row : rows) {
+    if (row->bound) out += number_text(row->time.minimum_ns) + " " + number_text(*row->bound) + "\n";
+  }
+  return out + "EOD\n";
+}
+
+// Labels of neighbours go to different sides of their points.
+std::string names_text(const std::vector<const ChartRow*>& rows, const Box& box, double floor) {
+  std::vector<const ChartRow*> ordered = rows;
+  std::sort(ordered.begin(), ordered.end(),
+            [](const ChartRow* a, const ChartRow* b) { return a->largest_error < b->largest_error; });
+  std::string out;
+  double last_height = -HUGE_VAL;
+  const double decades = std::log10(box.top / box.bottom);
+  for (const ChartRow* row : ordered) {
+    double height = std::log10(drawn_error(row->largest_error, floor) / box.bottom) / decades;
+    if (height < last_height + 0.028) height = last_height + 0.028;
+    last_height = height;
+    out += label_at(row->method, row->time.minimum_ns * 1.12, box.bottom * std::pow(10, height * decades),
+                    std::string("left font ',12' tc rgb '") + (row->rival ? "#808080'" : "#104080'"));
+  }
+  return out;
+}
+
+}  // namespace
+
+Plot chart_plot(const Chart& chart) {
+  const std::vector<const ChartRow*> rows = drawn_rows(chart);
+  const double floor = std::pow(10, std::floor(std::log10(smallest_error(chart, rows))) - 1);
+  const Box box = box_of(chart, rows, floor);
+  Plot plot;
+  plot.script = frame_text(chart, box) + lines_text(chart, box) + names_text(rows, box, floor) +
+                front_block(chart, rows, floor) + points_block("own", rows, floor, false) +
+                points_block("rivals", rows, floor, true) + bounds_block(rows) +
+                "plot $front with steps lc rgb '#80a0d0' lw 2 title 'Pareto front', "
+                "$bounds with points pt 10 ps 1.4 lc rgb '#d08020' title 'bound', "
+                "$rivals using 1:2:1:3 with xerrorbars pt 5 lc rgb '#909090' title 'others', "
+                "$own using 1:2:1:3 with xerrorbars pt 7 ps 1.3 lc rgb '#104080' title 'scatmap'\n";
+  return plot;
+}
+
+}  // namespace scatmap::tools

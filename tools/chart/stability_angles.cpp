@@ -1,0 +1,285 @@
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include "scatmap/angles/angle_map.h"
+#include "scatmap/base/error.h"
+#include "scatmap/base/units.h"
+#include "tools/chart/scene.h"
+#include "tools/chart/stability.h"
+
+namespace scatmap::tools {
+namespace {
+
+struct Setup {
+  synth::Bench bench;
+  double stage_deg = 20, arm_deg = 40;
+};
+
+struct Regime {
+  const char* name;
+  Setup setup;
+};
+
+synth::Bench plain_bench() {
+  synth::Bench b;
+  b.columns = 97;
+  b.rows = 61;
+  b.pitch_um = {140, 200};  // a frame as large as the paper's
+  b.distance_mm = 325;
+  return b;
+}
+
+template <class Change>
+Setup with(double stage_deg, double arm_deg, Change change) {
+  Setup s{plain_bench(), stage_deg, arm_deg};
+  change(s.bench);
+  return s;
+}
+Setup at(double stage_deg, double arm_deg) {
+  return with(stage_deg, arm_deg, [](synth::Bench&) {});
+}
+
+std::vector<Regime> regimes() {
+  using Bench = synth::Bench;
+  return {
+      {"paper's bench, theta_i 20 deg", at(20, 40)},
+      {"theta_s = 0 in the frame (phi undefined)", at(20, 20)},
+      {"theta_s = 0 at a pixel's centre", with(20, 20,
+                                               [](Bench& b) {
+                                                 b.offset_mm = {0, 0};
+                                               })},
+      {"phi at its seam", at(20, 14)},
+      {"theta_s through 90 deg in the frame", at(50, 139.5)},
+      {"theta_s beyond 90 deg everywhere", at(50, 150)},
+      {"theta_i = 0", at(0, 10)},
+      {"theta_i = 1e-9 deg", at(1e-9, 10)},
+      {"theta_i = 89.9 deg", at(89.9, 150)},
+      {"theta_i = 90 deg", at(90, 150)},
+      {"retro-reflection", at(30, 0)},
+      {"straight-through beam, sample edge-on", at(89, 178)},
+      {"detector edge-on", with(20, 40,
+                                [](Bench& b) {
+                                  b.rotation_deg = {0, 90, 0};
+                                })},
+      {"detector nearly edge-on", with(20, 40,
+                                       [](Bench& b) {
+                                         b.rotation_deg = {0, 89.99, 0};
+                                       })},
+      {"detector from behind", with(20, 40,
+                                    [](Bench& b) {
+                                      b.rotation_deg = {0, 180, 0};
+                                    })},
+      {"roll 90 deg", with(20, 40,
+                           [](Bench& b) {
+                             b.rotation_deg = {0, 0, 90};
+                           })},
+      {"roll 180 deg", with(20, 40,
+                            [](Bench& b) {
+                              b.rotation_deg = {0, 0, 180};
+                            })},
+      {"rotation by 1e-12 deg", with(20, 40,
+                                     [](Bench& b) {
+                                       b.rotation_deg = {1e-12, 1e-12, 1e-12};
+                                     })},
+      {"R = 1 um", with(20, 40, [](Bench& b) { b.distance_mm = 1e-3; })},
+      {"R = 1 km", with(20, 40, [](Bench& b) { b.distance_mm = 1e6; })},
+      {"pitch 0.1 um", with(20, 40,
+                            [](Bench& b) {
+                              b.pitch_um = {0.1, 0.1};
+                            })},
+      {"pitch 1 mm", with(20, 40,
+                          [](Bench& b) {
+                            b.pitch_um = {1000, 1000};
+                          })},
+      {"flips, every parameter non-zero", with(35, 68,
+                                               [](Bench& b) {
+                                                 b.flip_columns = b.flip_rows = true;
+                                                 b.offset_mm = {1.2, -3.4};
+                                                 b.rotation_deg = {2, -3, 7};
+                                                 b.arm_zero_deg = 0.3;
+                                                 b.stage_zero_deg = -0.2;
+                                                 b.axis_offset_mm = {0.4, -0.7};
+                                                 b.axis_tilt_deg = {0.2, -0.1};
+                                                 b.beam_elevation_deg = 0.4;
+                                                 b.beam_offset_mm = {0.5, 0.6};
+                                                 b.sample_tilt_deg = -0.6;
+                                                 b.sample_height_mm = 0.9;
+                                               })},
+      {"spot 50 mm off the axis", with(20, 40,
+                                       [](Bench& b) {
+                                         b.beam_offset_mm = {50, 20};
+                                       })},
+      {"one pixel", with(20, 40, [](Bench& b) { b.columns = b.rows = 1; })},
+      {"one row", with(20, 40, [](Bench& b) { b.rows = 1; })},
+      {"one column", with(20, 40, [](Bench& b) { b.columns = 1; })},
+      {"row of 16384 pixels", with(20, 40,
+                                   [](Bench& b) {
+                                     b.columns = 16384;
+                                     b.rows = 3;
+                                     b.pitch_um = {5.5, 5.5};
+                                   })},
+  };
+}
+
+// Every parameter moved by `step(value, typical)`.
+template <class Step>
+Setup moved(Setup s, Step step) {
+  synth::Bench& b = s.bench;
+  constexpr double kAngle = 1e-3, kLength = 1e-2, kPitch = 1e-4;  // deg, mm, um: a plain bench's uncertainties
+  for (double* v :
+       {&s.stage_deg, &s.arm_deg, &b.rotation_deg[0], &b.rotation_deg[1], &b.rotation_deg[2], &b.arm_zero_deg,
+        &b.axis_tilt_deg[0], &b.axis_tilt_deg[1], &b.stage_zero_deg, &b.beam_elevation_deg, &b.sample_tilt_deg})
+    *v = step(*v, kAngle);
+  for (double* v : {&b.distance_mm, &b.offset_mm[0], &b.offset_mm[1], &b.axis_offset_mm[0], &b.axis_offset_mm[1],
+                    &b.beam_offset_mm[0], &b.beam_offset_mm[1], &b.sample_height_mm})
+    *v = step(*v, std::min(kLength, 0.01 * b.distance_mm));
+  for (double* v : {&b.pitch_um[0], &b.pitch_um[1]}) *v = step(*v, kPitch);
+  return s;
+}
+
+synth::TruthGeometry truth_of(const Setup& s) { return synth::TruthGeometry(s.bench, s.stage_deg, s.arm_deg); }
+
+using Direction = Eigen::Matrix<long double, 3, 1>;
+
+Direction direction_of(double theta, double phi) {
+  const long double azimuth = static_cast<long double>(phi) - std::numbers::pi_v<long double>;
+  const long double t = theta;
+  return {std::sin(t) * std::cos(azimuth), std::sin(t) * std::sin(azimuth), std::cos(t)};
+}
+Direction direction_of(const synth::Vec3& v) { return {v.x, v.y, v.z}; }
+
+struct Angles {
+  Grid<double> theta, phi;
+  Grid<Mask> mask;
+};
+
+struct Method {
+  const char* name;
+  double bound_rad;
+  std::function<Angles(const Instrument&, const Pose&)> map;
+};
+
+std::vector<Method> methods() {
+  return {{"exact", kAngleMaxError_rad, [](const Instrument& in, const Pose& pose) {
+             AngleMap m = angle_map(in, pose);
+             return Angles{std::move(m.theta_s_rad), std::move(m.phi_s_rad), std::move(m.mask)};
+           }}};
+}
+
+Angles evaluated(const Method& method, const Setup& s) {
+  return method.map(instrument_of(s.bench), {s.stage_deg * kRadPerDeg, s.arm_deg * kRadPerDeg});
+}
+
+// Largest turn of a direction, between a method's answer and the truth or between two truths.
+struct Turn {
+  double largest = 0;
+  std::string failure;
+};
+
+// Rounding decides on which side of the horizon, or of the detector, a pixel within this of it lies.
+constexpr long double kUndecided = 1e-12L;
+
+bool undecided(const synth::TruthGeometry& truth, const Setup& s, int column, int row) {
+  Setup nudged = s;
+  for (const double nudge : {-1e-12, 1e-12}) {
+    nudged.bench.rotation_deg[1] = s.bench.rotation_deg[1] + nudge * 57;
+    nudged.stage_deg = s.stage_deg + nudge * 57;
+    if (truth_of(nudged).pixel(column, row).has_value() != truth.pixel(column, row).has_value()) return true;
+  }
+  return false;
+}
+
+Turn error_of(const Angles& a, const Setup& s) {
+  const synth::TruthGeometry truth = truth_of(s);
+  Turn out;
+  for (int row = 0; row < s.bench.rows; ++row) {
+    for (int column = 0; column < s.bench.columns; ++column) {
+      const auto pixel = truth.pixel(column, row);
+      const bool given = a.mask(row, column) == 0;
+      if (given != pixel.has_value()) {
+        if (!undecided(truth, s, column, row)) out.failure = given ? "number where there is none" : "no number";
+        continue;
+      }
+      if (!given) {
+        if (!std::isnan(a.theta(row, column)) || !std::isnan(a.phi(row, column))) out.failure = "masked, but a number";
+        continue;
+      }
+      const double turn = static_cast<double>(
+          (direction_of(a.theta(row, column), a.phi(row, column)) - direction_of(pixel->direction)).norm());
+      if (!(turn <= out.largest)) out.largest = turn;
+      if (!(a.phi(row, column) >= 0 && a.phi(row, column) <= 2 * std::numbers::pi)) out.failure = "phi out of range";
+    }
+  }
+  return out;
+}
+
+// Largest change of the answer, and of the truth, over pixels that both have.
+std::pair<double, double> change(const Angles& a, const Angles& b, const Setup& s, const Setup& moved_setup) {
+  const synth::TruthGeometry before = truth_of(s), after = truth_of(moved_setup);
+  double answer = 0, truth = 0;
+  for (int row = 0; row < s.bench.rows; ++row) {
+    for (int column = 0; column < s.bench.columns; ++column) {
+      const auto p = before.pixel(column, row), q = after.pixel(column, row);
+      if (!p || !q || a.mask(row, column) != 0 || b.mask(row, column) != 0) continue;
+      truth = std::max(truth, static_cast<double>((direction_of(p->direction) - direction_of(q->direction)).norm()));
+      answer = std::max(answer, static_cast<double>((direction_of(a.theta(row, column), a.phi(row, column)) -
+                                                     direction_of(b.theta(row, column), b.phi(row, column)))
+                                                        .norm()));
+    }
+  }
+  return {answer, truth};
+}
+
+StabilityCell cell_of(const Regime& regime, const Method& method) {
+  StabilityCell cell;
+  cell.job = "angles";
+  cell.regime = regime.name;
+  cell.method = method.name;
+  cell.unit = "rad";
+  cell.bound = method.bound_rad;
+  const Setup& s = regime.setup;
+  Angles answer;
+  try {
+    answer = evaluated(method, s);
+  } catch (const Error& e) {
+    cell.verdict = truth_of(s).pixel(0, 0) ? Verdict::kFails : Verdict::kRefuses;
+    cell.reason = e.what();
+    return cell;
+  }
+  const Turn error = error_of(answer, s);
+  cell.worst_error = error.largest;
+  std::mt19937_64 rng(3);
+  const Setup by_ulp =
+      moved(s, [&](double v, double) { return std::nextafter(v, rng() % 2 == 0 ? -HUGE_VAL : HUGE_VAL); });
+  const Setup by_sigma = moved(s, [&](double v, double typical) { return v + (rng() % 2 == 0 ? -typical : typical); });
+  const auto [answer_ulp, truth_ulp] = change(answer, evaluated(method, by_ulp), s, by_ulp);
+  const auto [answer_sigma, truth_sigma] = change(answer, evaluated(method, by_sigma), s, by_sigma);
+  if (truth_ulp > 0) cell.amplification_ulp = answer_ulp / truth_ulp;
+  if (truth_sigma > 0) cell.amplification_sigma = answer_sigma / truth_sigma;
+  constexpr double kRoundingSteps = 20;  // inputs are rounded when read, converted and combined
+  if (!error.failure.empty()) {
+    cell.reason = error.failure;
+  } else if (truth_ulp == 0 && error.largest == 0) {
+    cell.verdict = Verdict::kRefuses;
+    cell.reason = "every pixel masked";
+  } else if (error.largest <= cell.bound) {
+    cell.verdict = Verdict::kHolds;
+  } else if (error.largest <= kRoundingSteps * truth_ulp) {
+    cell.verdict = Verdict::kIllConditioned;
+  }
+  return cell;
+}
+
+}  // namespace
+
+std::vector<StabilityCell> stability_angles() {
+  std::vector<StabilityCell> out;
+  for (const Regime& regime : regimes()) {
+    for (const Method& method : methods()) out.push_back(cell_of(regime, method));
+  }
+  return out;
+}
+
+}  // namespace scatmap::tools

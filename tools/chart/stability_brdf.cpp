@@ -1,0 +1,258 @@
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
+#include "scatmap/base/units.h"
+#include "scatmap/brdf/from_frames.h"
+#include "tools/chart/scene.h"
+#include "tools/chart/stability.h"
+
+namespace scatmap::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kColumns = 40, kRows = 24, kFrames = 3;
+constexpr double kBias_dn = 300, kAperture_px = 9;
+constexpr int kHot_dn = 10000;
+
+// A measurement of frames without noise, whose map follows by hand.
+struct Bench {
+  double gain_e_per_dn = 1.5;
+  double exposure_s = 0.05, signature_s = 2;
+  double od = 3, signature_od = 7;
+  Grid<int> sample{kRows, kColumns, 2000}, dark{kRows, kColumns, 300}, signature{kRows, kColumns, 300};
+};
+
+Bench plain() {
+  Bench b;
+  const int middle_row = kRows / 2, middle_column = kColumns / 2;
+  for (int dr = -2; dr <= 2; ++dr) {
+    for (int dc = -2; dc <= 2; ++dc)
+      b.signature(middle_row + dr, middle_column + dc) += 30000 / (1 + dr * dr * dr * dr + dc * dc * dc * dc);
+  }
+  return b;
+}
+
+struct Regime {
+  const char* name;
+  Bench bench;
+};
+
+template <class Change>
+Bench changed(Change change) {
+  Bench b = plain();
+  change(b);
+  return b;
+}
+
+void fill(Grid<int>& frame, int value) {
+  for (int& v : frame) v = value;
+}
+
+std::vector<Regime> regimes() {
+  return {
+      {"plain", plain()},
+      {"counts all 0", changed([](Bench& b) { fill(b.sample, 0); })},
+      {"counts all 1", changed([](Bench& b) { fill(b.sample, 1); })},
+      {"one electron above the dark", changed([](Bench& b) { fill(b.sample, 301); })},
+      {"all saturated", changed([](Bench& b) { fill(b.sample, 65535); })},
+      {"dark above the signal", changed([](Bench& b) { fill(b.sample, 250); })},
+      {"dark as high as saturation", changed([](Bench& b) { fill(b.dark, 65535); })},
+      {"one hot pixel of 65535", changed([](Bench& b) { b.sample(5, 7) = b.dark(5, 7) = 65535; })},
+      {"one saturated pixel", changed([](Bench& b) { b.sample(5, 7) = 65535; })},
+      {"gain 0", changed([](Bench& b) { b.gain_e_per_dn = 0; })},
+      {"gain 1e-6", changed([](Bench& b) { b.gain_e_per_dn = 1e-6; })},
+      {"gain 1e6", changed([](Bench& b) { b.gain_e_per_dn = 1e6; })},
+      {"exposure 1e-9 s", changed([](Bench& b) { b.exposure_s = 1e-9; })},
+      {"exposure 1e6 s", changed([](Bench& b) { b.exposure_s = 1e6; })},
+      {"OD 0 against 0", changed([](Bench& b) { b.od = b.signature_od = 0; })},
+      {"OD 12 against 0", changed([](Bench& b) {
+         b.od = 12;
+         b.signature_od = 0;
+       })},
+      {"OD 0 against 12", changed([](Bench& b) {
+         b.od = 0;
+         b.signature_od = 12;
+       })},
+      {"signature of one pixel", changed([](Bench& b) {
+         fill(b.signature, 300);
+         b.signature(kRows / 2, kColumns / 2) = 30300;
+       })},
+      {"signature of none", changed([](Bench& b) { fill(b.signature, 300); })},
+      {"signature saturated", changed([](Bench& b) { b.signature(kRows / 2, kColumns / 2) = 65535; })},
+  };
+}
+
+class PrivateFolder {
+ public:
+  PrivateFolder() {
+    std::string name = (fs::temp_directory_path() / "scatmap-stability-XXXXXX").string();
+    if (!mkdtemp(name.data())) throw Error({name, "cannot make a temporary folder", {}, {}});
+    path_ = name;
+  }
+  ~PrivateFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  PrivateFolder(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(const PrivateFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+void write_pgm(const Grid<int>& frame, const fs::path& file) {
+  std::ofstream out(file, std::ios::binary);
+  out << "P5\n" << frame.columns() << " " << frame.rows() << "\n65535\n";
+  for (const int v : frame) out.put(static_cast<char>(v >> 8)).put(static_cast<char>(v & 255));
+}
+
+synth::Bench geometry() {
+  synth::Bench b;
+  b.columns = kColumns;
+  b.rows = kRows;
+  b.pitch_um = {300, 300};
+  b.distance_mm = 325;
+  return b;
+}
+
+constexpr double kStage_deg = 20, kArm_deg = 41;
+
+std::string exposure_text(const char* table, const char* frame, double exposure_s, double od, const std::string& more) {
+  std::string frames;
+  for (int i = 0; i < kFrames; ++i) frames += std::string(i == 0 ? "" : ", ") + "\"" + frame + "\"";
+  return std::string(table) + "\nframes = [" + frames + "]\ndarks = [\"dark.pgm\", \"dark.pgm\", \"dark.pgm\"]\n" +
+         "exposure_s = " + number_text(exposure_s) + "\nfilters = [\"" + (od == 0 ? "none" : frame) + "\"]\n" + more;
+}
+
+fs::path written(const Bench& b, const fs::path& folder) {
+  write_pgm(b.sample, folder / "sample.pgm");
+  write_pgm(b.dark, folder / "dark.pgm");
+  write_pgm(b.signature, folder / "signature.pgm");
+  std::ofstream(folder / "instrument.toml")
+      << "[detector]\ncolumns = " << kColumns << "\nrows = " << kRows << "\npitch_um = [300, 300]\ndistance_mm = 325\n"
+      << "[sensor]\ngain_e_per_dn = " << number_text(b.gain_e_per_dn)
+      << "\nread_noise_e = 8\nsaturation_dn = 60000\nbias_dn = " << number_text(kBias_dn) << "\n";
+  const auto filter = [](const char* name, double od) {
+    return std::string("[filters.\"") + name + "\"]\nod = " + number_text(od) + "\ntolerance_percent = 5\n";
+  };
+  std::ofstream(folder / "measurement.toml")
+      << "instrument = \"instrument.toml\"\nwavelength_nm = 632.8\nstage_deg = 20\narm_deg = 41\n"
+      << filter("none", 0) << filter("sample.pgm", b.od) << filter("signature.pgm", b.signature_od)
+      << exposure_text("[signature]", "signature.pgm", b.signature_s, b.signature_od,
+                       "aperture_radius_px = " + number_text(kAperture_px) + "\n")
+      << exposure_text("[[exposure]]", "sample.pgm", b.exposure_s, b.od, "");
+  return folder / "measurement.toml";
+}
+
+double beam_dn(const Bench& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < b.signature.size(); ++i) {
+    if (b.dark[i] < kHot_dn) sum += b.signature[i] - b.dark[i];
+  }
+  return sum;
+}
+
+// The measurement equation by hand; nothing where the pixel is no good.
+std::optional<long double> expected(const Bench& b, int row, int column) {
+  for (int dr = -1; dr <= 1; ++dr) {
+    for (int dc = -1; dc <= 1; ++dc) {
+      const int r = row + dr, c = column + dc;
+      // A pixel that is hot in the darks is full by itself and spills nothing.
+      const bool inside = r >= 0 && r < kRows && c >= 0 && c < kColumns;
+      if (inside && b.sample(r, c) >= 60000 && b.dark(r, c) < kHot_dn) return std::nullopt;
+    }
+  }
+  if (b.dark(row, column) > kHot_dn) return std::nullopt;
+  const synth::TruthGeometry truth(geometry(), kStage_deg, kArm_deg);
+  const auto pixel = truth.pixel(column, row);
+  if (!pixel) return std::nullopt;
+  const long double beam = beam_dn(b);
+  const long double sample_rate =
+      (b.sample(row, column) - b.dark(row, column)) / (b.exposure_s * std::pow(10.0L, -static_cast<long double>(b.od)));
+  const long double beam_rate = beam / (b.signature_s * std::pow(10.0L, -static_cast<long double>(b.signature_od)));
+  return sample_rate / beam_rate / (pixel->solid_angle_sr * std::cos(pixel->theta_s_rad));
+}
+
+struct Method {
+  const char* name;
+  double bound;
+  std::function<BrdfMap(const Measurement&)> map;
+};
+
+std::vector<Method> methods() {
+  constexpr double kBound = 1e-6;  // rates and variances pass through float32
+  return {{"exact", kBound, [](const Measurement& m) { return brdf_from_frames(m).map; }}};
+}
+
+// Worst relative error; says what is wrong otherwise.
+std::pair<double, std::string> judged(const BrdfMap& map, const Bench& b) {
+  double worst = 0;
+  for (int row = 0; row < kRows; ++row) {
+    for (int column = 0; column < kColumns; ++column) {
+      const auto truth = expected(b, row, column);
+      const bool good = map.mask(row, column) == 0;
+      if (good != truth.has_value()) return {worst, good ? "number where there is none" : "no number"};
+      if (!good) {
+        if (!std::isnan(map.brdf_per_sr(row, column))) return {worst, "masked, but a number"};
+        continue;
+      }
+      if (!(map.u_random_per_sr(row, column) > 0)) return {worst, "no random uncertainty"};
+      const double f = map.brdf_per_sr(row, column), t = static_cast<double>(*truth);
+      const double error = f == t ? 0 : std::abs(f - t) / std::abs(t);
+      if (!(error <= worst)) worst = error;
+    }
+  }
+  return {worst, ""};
+}
+
+bool some_pixel_expected(const Bench& b) {
+  for (const int v : b.signature) {
+    if (v >= 60000) return false;
+  }
+  constexpr double kSeen_e = 400;  // fewer electrons in the beam's five by five pixels drown in their own noise
+  if (!(beam_dn(b) * b.gain_e_per_dn > kSeen_e)) return false;
+  for (int i = 0; i < kRows * kColumns; ++i) {
+    if (expected(b, i / kColumns, i % kColumns)) return true;
+  }
+  return false;
+}
+
+StabilityCell cell_of(const Regime& regime, const Method& method) {
+  StabilityCell cell;
+  cell.job = "brdf";
+  cell.regime = regime.name;
+  cell.method = method.name;
+  cell.bound = method.bound;
+  const PrivateFolder folder;
+  try {
+    const BrdfMap map = method.map(read_measurement(written(regime.bench, folder.path())));
+    std::tie(cell.worst_error, cell.reason) = judged(map, regime.bench);
+    if (cell.reason.empty() && cell.worst_error <= cell.bound) cell.verdict = Verdict::kHolds;
+  } catch (const Error& e) {
+    cell.reason = e.what();
+    const std::string prefix = folder.path().string() + "/";
+    if (const auto at = cell.reason.find(prefix); at != std::string::npos) cell.reason.erase(at, prefix.size());
+    cell.verdict = some_pixel_expected(regime.bench) ? Verdict::kFails : Verdict::kRefuses;
+  }
+  return cell;
+}
+
+}  // namespace
+
+std::vector<StabilityCell> stability_brdf() {
+  std::vector<StabilityCell> out;
+  for (const Regime& regime : regimes()) {
+    for (const Method& method : methods()) out.push_back(cell_of(regime, method));
+  }
+  return out;
+}
+
+}  // namespace scatmap::tools
