@@ -13,7 +13,7 @@ namespace {
 
 // One spot of 1e5 electrons, 2 px wide, in the middle, with read noise of 8 electrons.
 SpotImage image_of(int columns, int rows) {
-  SpotImage image{Grid<double>(rows, columns), Grid<double>(rows, columns), Grid<Mask>(rows, columns), 0};
+  SpotImage image{Grid<double>(rows, columns), Grid<double>(rows, columns), Grid<Mask>(rows, columns, 0), 0};
   std::mt19937_64 rng(4);
   std::normal_distribution<double> normal;
   const GaussianSpot spot = gaussian_spot(columns / 2 + 0.3, rows / 2 - 0.2, 1e5, 4 * Eigen::Matrix2d::Identity());

@@ -3,12 +3,16 @@
 #include <array>
 
 #include "tools/chart/angles.h"
+#include "tools/chart/calibrate.h"
+#include "tools/chart/spots.h"
 
 namespace scatmap::tools {
 
 std::span<const ChartJob> chart_jobs() {
   static constexpr std::array kJobs{
       ChartJob{"angles", chart_angles},
+      ChartJob{"spots", chart_spots},
+      ChartJob{"calibrate", chart_calibrate},
   };
   return kJobs;
 }
