@@ -150,6 +150,10 @@ void require_agreement(const TargetList& list, const ChiSquare& total) {
 }  // namespace
 
 CalibrationResult calibrate(const TargetList& list, const Instrument& nominal, const CalibrateOptions& options) {
+  if (nominal.lens_cameramodel) {
+    throw Error({"detector.lens_cameramodel", "cannot be calibrated: only a bare, flat detector can",
+                 nominal.lens_cameramodel->string(), "an instrument without a lens; calibrate the lens with mrcal"});
+  }
   const ParameterTable table(nominal, list, options.choices);
   std::unique_ptr<Run> best;
   std::vector<std::string> findings;

@@ -70,7 +70,8 @@ struct CalibrationResult {
 };
 
 /// From targets and a nominal instrument to a calibrated one.
-/// @throws Error: targets that reach no detector, that do not agree with each other, or that do not determine what
+/// @throws Error: a detector behind a lens, targets that reach no detector, that do not agree with each other, or that
+/// do not determine what
 ///         `options` leaves free without a prior
 CalibrationResult calibrate(const TargetList& list, const Instrument& nominal, const CalibrateOptions& options = {});
 

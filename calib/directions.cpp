@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "scatmap/angles/pixel_plane.h"
 #include "scatmap/base/error.h"
@@ -115,8 +117,32 @@ std::vector<DirectionSigma> direction_sigmas(const DirectionEffects& effects, co
   for (std::size_t k = 0; k < effects.points.size(); ++k) {
     const Eigen::MatrixXd rows = f.middleRows(2 * static_cast<Eigen::Index>(k), 2);
     const Eigen::Matrix2d c = rows * covariance * rows.transpose();
-    const Eigen::Vector2d sigma = c.diagonal().cwiseMax(0).cwiseSqrt();
-    out.push_back({effects.points[k], sigma[0], sigma[1], sigma.cwiseProduct(effects.rad_per_px[k]).norm(), c});
+    out.push_back(direction_sigma(effects, k, c));
+  }
+  return out;
+}
+
+DirectionSigma direction_sigma(const DirectionEffects& effects, std::size_t point,
+                               const Eigen::Matrix2d& covariance_px2) {
+  const Eigen::Vector2d sigma = covariance_px2.diagonal().cwiseMax(0).cwiseSqrt();
+  return {effects.points[point], sigma[0], sigma[1], sigma.cwiseProduct(effects.rad_per_px[point]).norm(),
+          covariance_px2};
+}
+
+Eigen::VectorXd direction_shifts(const TargetModel& model, const DirectionEffects& effects, const Eigen::VectorXd& from,
+                                 const Eigen::VectorXd& to) {
+  Eigen::VectorXd out(2 * static_cast<Eigen::Index>(effects.points.size()));
+  std::optional<SampleView> before, after;
+  for (std::size_t k = 0; k < effects.points.size(); ++k) {
+    const DirectionPoint& p = effects.points[k];
+    if (k == 0 || p.pose.stage_rad != effects.points[k - 1].pose.stage_rad) {
+      before = view_at(model, from, effects.mount, p.pose);
+      after = view_at(model, to, effects.mount, p.pose);
+    }
+    const auto seen = pixel_of_direction(*after, before->pixel(p.column_px, p.row_px));
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    out.segment<2>(2 * static_cast<Eigen::Index>(k)) =
+        seen ? Eigen::Vector2d(seen->column - p.column_px, seen->row - p.row_px) : Eigen::Vector2d(nan, nan);
   }
   return out;
 }

@@ -42,6 +42,15 @@ struct DirectionSigma {
 std::vector<DirectionSigma> direction_sigmas(const DirectionEffects& effects, const ParameterTable& table,
                                              const FitSet& set, const Eigen::MatrixXd& covariance);
 
+/// The same from a covariance of (column, row) of points[point].
+DirectionSigma direction_sigma(const DirectionEffects& effects, std::size_t point,
+                               const Eigen::Matrix2d& covariance_px2);
+
+/// By how many pixels the pixels that see the directions of `effects.points` move from one set of values to another,
+/// without linearisation: column and row of each point in turn. NaN where the detector does not see one.
+Eigen::VectorXd direction_shifts(const TargetModel& model, const DirectionEffects& effects, const Eigen::VectorXd& from,
+                                 const Eigen::VectorXd& to);
+
 /// Columns of `effects` for a fit's parameters, per its own scales.
 Eigen::MatrixXd effects_of(const DirectionEffects& effects, const ParameterTable& table, const FitSet& set);
 

@@ -91,6 +91,39 @@ std::vector<Added> added_information(const TargetModel& model, const Used& used,
   return out;
 }
 
+// What a bench can measure without its camera: one parameter to a standard deviation, in file units.
+struct Direct {
+  const char* parameter;
+  double sigma;
+  const char* words;
+};
+constexpr Direct kDirect[] = {
+    {"stage.zero_deg", 0.002,
+     "find the stage angle at which the mirror sends the beam back into itself, write its negative as stage.zero_deg "
+     "and say how well it is known with --prior stage.zero_deg=0.002"},
+    {"beam.offset_mm.0", 0.01,
+     "measure how far the beam passes from the stage axis in x and say how well it is known with --prior "
+     "beam.offset_mm.0=0.01"},
+    {"beam.offset_mm.1", 0.01,
+     "measure how high the beam passes and say how well it is known with --prior beam.offset_mm.1=0.01"},
+};
+
+std::vector<Added> measured_directly(const ParameterTable& table, const FitSet& set) {
+  std::vector<Added> out;
+  const auto n = static_cast<Eigen::Index>(set.size());
+  for (const Direct& d : kDirect) {
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Fitted& f = set[static_cast<std::size_t>(i)];
+      if (table[f.index].name != d.parameter) continue;
+      const double ratio = f.scale / (d.sigma * table[f.index].unit);
+      Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
+      information(i, i) = ratio * ratio;
+      out.push_back({d.words, std::move(information)});
+    }
+  }
+  return out;
+}
+
 // The first experiment that halves the direction's variance.
 std::string remedy_for(const Eigen::VectorXd& direction, const Eigen::MatrixXd& information,
                        const std::vector<Added>& added) {
@@ -112,7 +145,8 @@ Observability observability(const TargetModel& model, const Used& used, const Li
   if (sp.values.size() == 0 || sp.values[sp.values.size() - 1] >= 1) return out;
   Eigen::MatrixXd information = at.jacobian.transpose() * at.jacobian;
   information.diagonal().array() += 1;
-  const std::vector<Added> added = added_information(model, used, at.set, values);
+  std::vector<Added> added = added_information(model, used, at.set, values);
+  for (Added& a : measured_directly(model.table(), at.set)) added.push_back(std::move(a));
   const Eigen::MatrixXd f = effects_of(effects, model.table(), at.set);
   for (Eigen::Index i = 0; i < sp.values.size(); ++i) {
     if (sp.values[i] >= 1) continue;
@@ -134,7 +168,7 @@ std::string sentence(const BlindDirection& d) {
   text += numbers;
   if (!d.remedy.empty()) return text + "; to see it, " + d.remedy;
   return text +
-         (d.effect_px < 0.01 ? "; no target can, and nothing depends on it" : "; no target that was tried tells more");
+         (d.effect_px < 0.01 ? "; no target can, and nothing depends on it" : "; nothing that was tried tells more");
 }
 
 }  // namespace scatmap::calib

@@ -13,7 +13,8 @@ struct BlindDirection {
       parameters;  ///< "arm.zero_deg, stage.zero_deg": together, in the proportions that leave every spot in place
   double singular_value = 0;  ///< what the targets say, in units of what the tolerances say; 0 for an exact gauge
   double effect_px = 0;       ///< how far directions move when the combination moves by its tolerance
-  std::string remedy;         ///< "add one direct-beam frame", found by trying it; empty: nothing that was tried helps
+  std::string remedy;         ///< "add one direct-beam frame", found by trying it; targets first, then what
+                              ///< a bench can measure without its camera; empty: nothing that was tried helps
 };
 
 struct Observability {

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <map>
 #include <string_view>
 
 #include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
 #include "scatmap/base/output_file.h"
 #include "scatmap/base/units.h"
 
@@ -140,14 +142,20 @@ SpotSetting combined(const SpotSetting& first, const SpotSetting& second) {
           either(first.mount, second.mount)};
 }
 
-SpotSetting header_setting(const Frame& frame) { return {{}, frame.header.stage_deg, frame.header.arm_deg, {}, {}}; }
+SpotSetting header_setting(const Frame& frame) {
+  return {{}, frame.header.stage_deg, frame.header.arm_deg, frame.header.tilt_deg, {}};
+}
 
 Target target_of(const SpotSetting& setting, const fs::path& frame) {
   Target t;
   t.kind = setting.kind.value_or(TargetKind::kSpecular);
   t.stage_rad = required_deg(setting.stage_deg, "the stage angle", "STAGEDEG", frame) * kRadPerDeg;
   t.arm_rad = required_deg(setting.arm_deg, "the arm angle", "ARMDEG", frame) * kRadPerDeg;
-  t.tilt_rad = setting.tilt_deg.value_or(0) * kRadPerDeg;
+  constexpr double kMostTilt_deg = 89;
+  const double tilt_deg = setting.tilt_deg.value_or(0);
+  if (!(std::abs(tilt_deg) <= kMostTilt_deg))
+    throw Error({frame.string() + ": TILTDEG", "is no mirror tilt", number_text(tilt_deg), "-89 to 89 degrees"});
+  t.tilt_rad = tilt_deg * kRadPerDeg;
   if (t.kind == TargetKind::kDirect && (t.tilt_rad != 0 || !setting.mount.value_or("").empty())) {
     throw Error({frame.string(), "has a mirror tilt or mount, but is a direct beam, which meets no mirror", {}, {}});
   }

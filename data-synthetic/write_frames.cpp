@@ -49,6 +49,7 @@ std::string FrameWriter::write(const std::string& name, const std::string& image
                               {"ROWORDER", std::string("TOP-DOWN"), "first row stored is the top one"},
                               {"BUNIT", std::string("adu"), {}},
                               {"DATE-OBS", scene_.date_obs, "UTC, from the scene file"}};
+  if (setting.tilt_deg) cards.push_back({"TILTDEG", *setting.tilt_deg, "[deg] known mirror tilt"});
   for (FitsCard& card : history_cards(provenance_)) cards.push_back(std::move(card));
   const std::string path = "frames/" + name + ".fits";
   FitsWriter file(folder_ / path);

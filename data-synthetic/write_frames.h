@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "data-synthetic/fits_writer.h"
@@ -15,6 +16,7 @@ struct FrameSetting {
   double true_exposure_s = 0;  ///< as the dark current sees it
   double stage_deg = 0;        ///< as commanded
   double arm_deg = 0;
+  std::optional<double> tilt_deg{};  ///< known tilt of a mirror setting
 };
 
 /// Writes raw frames into DIR/frames and numbers them, so that each has its own random numbers.

@@ -46,7 +46,9 @@ std::string write_target_frame(const Scene& scene, std::size_t number, const Pix
   const auto spot_e = gaussian_spot_e(scene.bench, centre, scene.signature_diameter_mm, scene.mirror->spot_e);
   const double exposure_s = scene.mirror->exposure_s;
   const std::string name = "target_" + std::to_string(1001 + number).substr(1);
-  return writer.write(name, "Light Frame", spot_e, {exposure_s, exposure_s, target.stage_deg, target.arm_deg});
+  FrameSetting setting{exposure_s, exposure_s, target.stage_deg, target.arm_deg};
+  if (!target.direct) setting.tilt_deg = target.tilt_deg;
+  return writer.write(name, "Light Frame", spot_e, setting);
 }
 
 }  // namespace

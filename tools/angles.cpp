@@ -8,6 +8,7 @@
 #include "scatmap/base/units.h"
 #include "scatmap/report/map_exr.h"
 #include "scatmap/report/map_fits.h"
+#include "tools/instrument_inputs.h"
 #include "tools/output_options.h"
 #include "tools/verbs.h"
 
@@ -34,7 +35,7 @@ Range range_deg(const Grid<double>& rad) {
   return r;
 }
 
-void print(const AngleMap& map, bool json) {
+void print(const AngleMap& map, bool lens, bool json) {
   std::size_t good = 0;
   for (const Mask m : map.mask) good += m == 0;
   const Range theta = range_deg(map.theta_s_rad), phi = range_deg(map.phi_s_rad);
@@ -47,6 +48,8 @@ void print(const AngleMap& map, bool json) {
                        {"phi_s_deg", {number(phi.low), number(phi.high)}},
                        {"method", "exact"},
                        {"bound_rad", kAngleMaxError_rad}};
+    if (lens) out["method"] = "mrcal";
+    if (lens) out.erase("bound_rad");
     std::printf("%s\n", out.dump(2).c_str());
     return;
   }
@@ -67,7 +70,8 @@ void run(const Options& o, const Invocation& invocation) {
   const Instrument instrument = read_instrument(o.instrument);
   const Pose pose{o.stage_deg * kRadPerDeg, o.arm_deg * kRadPerDeg};
   const AngleMap map = angles_of(instrument, pose, o.instrument);
-  const Provenance provenance{invocation.command_line, "scatmap " + version(), {record_input(o.instrument)}};
+  const Provenance provenance{invocation.command_line, "scatmap " + version(),
+                              instrument_inputs(o.instrument, instrument)};
   for (const std::string& target : o.output.targets) {
     if (extension_of(target) == ".exr") {
       write_angles_exr(map, provenance, target, o.output.overwrite());
@@ -75,7 +79,11 @@ void run(const Options& o, const Invocation& invocation) {
       write_angles_fits(map, instrument, pose, provenance, target, o.output.overwrite());
     }
   }
-  print(map, o.output.json);
+  if (instrument.lens_cameramodel && instrument.calibration)
+    std::fprintf(
+        stderr,
+        "note: uncertainties of angles are left out: the calibration describes a flat detector, not one with a lens\n");
+  print(map, instrument.lens_cameramodel.has_value(), o.output.json);
 }
 
 }  // namespace

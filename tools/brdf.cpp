@@ -8,6 +8,7 @@
 #include "scatmap/brdf/from_frames.h"
 #include "scatmap/report/map_exr.h"
 #include "scatmap/report/map_fits.h"
+#include "tools/instrument_inputs.h"
 #include "tools/output_options.h"
 #include "tools/progress_bar.h"
 #include "tools/verbs.h"
@@ -145,9 +146,9 @@ void run(const Options& o, const Invocation& invocation) {
   BrdfResult result = brdf_from_frames(measurement, progress_bar("brdf"),
                                        o.no_overlap ? FilterValues::kNominal : FilterValues::kByOverlap,
                                        o.method == "exact" ? BrdfMethod::kExact : BrdfMethod::kFused);
-  result.map.provenance = {invocation.command_line,
-                           "scatmap " + version(),
-                           {record_input(o.measurement), record_input(measurement.instrument_file)}};
+  result.map.provenance = {invocation.command_line, "scatmap " + version(),
+                           instrument_inputs(measurement.instrument_file, measurement.instrument)};
+  result.map.provenance.inputs.insert(result.map.provenance.inputs.begin(), record_input(o.measurement));
   for (const std::string& target : o.output.targets) {
     if (extension_of(target) == ".exr") {
       write_map_exr(result.map, target, o.output.overwrite());

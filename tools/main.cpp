@@ -36,6 +36,7 @@ int run(int argc, char** argv) {
   scatmap::tools::setup_compare(app, invocation);
   scatmap::tools::setup_uncertainty(app, invocation);
   scatmap::tools::setup_sensor(app, invocation);
+  scatmap::tools::setup_export(app, invocation);
   scatmap::tools::setup_chart(app, invocation);
   const auto verbs = app.get_subcommands([](const CLI::App*) { return true; });
   const auto named = [&](const CLI::App* verb) { return argv[1] == verb->get_name(); };

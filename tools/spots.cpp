@@ -124,9 +124,16 @@ nlohmann::json spot_json(const calib::Spot& s) {
           {"flags", flags}};
 }
 
+std::string why_without_spot(const MeasuredFrame& f) {
+  std::string out = "no spot stands out";
+  for (const std::string& d : f.found.dropped) out += "; " + d;
+  return out;
+}
+
 void print_json(const std::vector<MeasuredFrame>& frames, const std::string& method) {
-  nlohmann::json out{{"method", method}, {"frames", nlohmann::json::array()}};
+  nlohmann::json out{{"method", method}, {"frames", nlohmann::json::array()}, {"skipped", nlohmann::json::array()}};
   for (const MeasuredFrame& f : frames) {
+    if (f.found.spots.empty()) out["skipped"].push_back({{"file", f.file.string()}, {"reason", why_without_spot(f)}});
     nlohmann::json spots = nlohmann::json::array();
     for (const calib::Spot& s : f.found.spots) spots.push_back(spot_json(s));
     out["frames"].push_back({{"file", f.file.string()},
@@ -139,6 +146,7 @@ void print_json(const std::vector<MeasuredFrame>& frames, const std::string& met
 
 void print_text(const std::vector<MeasuredFrame>& frames) {
   for (const MeasuredFrame& f : frames) {
+    if (f.found.spots.empty()) continue;
     const calib::Spot& s = f.found.spots.front();
     std::printf("%s: column %.3f, row %.3f, sigma %.4f px, %.4g electrons, widths %.2f and %.2f px\n", f.file.c_str(),
                 s.column_px, s.row_px, s.sigma_px(), s.flux_e, s.axes.major_px, s.axes.minor_px);
@@ -147,6 +155,10 @@ void print_text(const std::vector<MeasuredFrame>& frames) {
 
 void print_notes(const std::vector<MeasuredFrame>& frames) {
   for (const MeasuredFrame& f : frames) {
+    if (f.found.spots.empty()) {
+      std::fprintf(stderr, "skipped: %s: %s\n", f.file.c_str(), why_without_spot(f).c_str());
+      continue;
+    }
     for (const calib::SpotFlag& flag : calib::kSpotFlags) {
       if ((f.found.spots.front().flags & flag.bit) != 0)
         std::fprintf(stderr, "note: %s: the spot %s\n", f.file.c_str(), flag.meaning);
@@ -161,15 +173,15 @@ void print_notes(const std::vector<MeasuredFrame>& frames) {
   }
 }
 
-// Every frame without a spot is named at once, so that a long list is mended in one go.
-void require_spots(const std::vector<MeasuredFrame>& frames) {
+// A frame without a spot is no target; without any there is nothing to write.
+void require_some_spot(const std::vector<MeasuredFrame>& frames) {
   std::string empty;
   for (const MeasuredFrame& f : frames) {
-    if (!f.found.spots.empty()) continue;
+    if (!f.found.spots.empty()) return;
     empty += (empty.empty() ? "" : "; ") + f.file.string();
     for (const std::string& d : f.found.dropped) empty += " (" + d + ")";
   }
-  if (!empty.empty()) throw Error({"spots", "no spot stands out", empty, "frames of one bright spot each"});
+  throw Error({"spots", "no spot stands out", empty, "frames of one bright spot each"});
 }
 
 std::string header_lines(const Options& o, const Invocation& invocation) {
@@ -255,7 +267,7 @@ void run(const Options& o, const Invocation& invocation) {
     target.sigma_px = spot.sigma_px();
     list.targets.push_back(target);
   }
-  require_spots(measured);
+  require_some_spot(measured);
   write_text_file(csv, header_lines(o, invocation) + calib::to_csv(list), o.output.overwrite());
   print_notes(measured);
   o.output.json ? print_json(measured, o.method) : print_text(measured);

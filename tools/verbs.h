@@ -19,6 +19,7 @@ void setup_uncertainty(CLI::App& app, const Invocation& invocation);
 void setup_sensor(CLI::App& app, const Invocation& invocation);
 void setup_spots(CLI::App& app, const Invocation& invocation);
 void setup_calibrate(CLI::App& app, const Invocation& invocation);
+void setup_export(CLI::App& app, const Invocation& invocation);
 void setup_chart(CLI::App& app, const Invocation& invocation);
 
 }  // namespace scatmap::tools

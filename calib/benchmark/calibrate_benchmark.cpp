@@ -2,10 +2,12 @@
 // with numerical derivatives.
 #include <benchmark/benchmark.h>
 #include <ceres/ceres.h>
+#include <tbb/global_control.h>
 
 #include <opencv2/calib3d.hpp>
 #include <random>
 
+#include "calib/bootstrap.h"
 #include "calib/calibrate.h"
 #include "calib/linearisation.h"
 #include "calib/solve.h"
@@ -119,6 +121,19 @@ void Resolve(benchmark::State& state) {
   }
 }
 BENCHMARK(Resolve)->Arg(200)->Unit(benchmark::kMillisecond);
+
+// Trials of the parametric bootstrap on one thread: everything that is not held, priors and targets drawn anew.
+void BootstrapTrials(benchmark::State& state) {
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const TargetList list = targets_of(static_cast<std::size_t>(state.range(0)));
+  const CalibrationResult result = calibrate(list, nominal_instrument());
+  const int trials = static_cast<int>(state.range(1));
+  int failed = 0;
+  for (auto _ : state) failed = bootstrap(list, result, {BootstrapKind::kParametric, trials, 3}).failed;
+  state.counters["failed"] = failed;
+  state.counters["parameters"] = static_cast<double>(result.set.size());
+}
+BENCHMARK(BootstrapTrials)->Args({200, 10000})->Unit(benchmark::kMillisecond)->Iterations(1);
 
 struct Spot {
   const TargetModel* model;

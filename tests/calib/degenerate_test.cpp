@@ -144,6 +144,21 @@ TEST(Degenerate, TheRemedyWorks) {
   EXPECT_EQ(all_sentences(with).find("add one direct-beam frame"), std::string::npos) << all_sentences(with);
 }
 
+// What no target sees, a bench can: with the mirror's own return known, the beam's place no longer rules directions.
+TEST(Degenerate, AutocollimationIsNamedForTheBeamsPlaceAndWorks) {
+  const Noise noise{0.05, 0.0005};
+  Lab lab{plain_bench(), {{"", 0, 0}}, grid(kStages, kArms, kTilts, 4), noise.sigma_px};
+  lab.bench.arm_encoder_sigma_deg = lab.bench.stage_encoder_sigma_deg = noise.encoder_deg;
+  const Instrument nominal = nominal_instrument(noise);
+  const TargetList list = observe_exactly(lab);
+  const CalibrationResult without = calibrate(list, nominal, {});
+  EXPECT_NE(all_sentences(without).find("--prior stage.zero_deg=0.002"), std::string::npos) << all_sentences(without);
+  CalibrateOptions o;
+  o.choices.prior_sigma["stage.zero_deg"] = 0.002;
+  const CalibrationResult with = calibrate(list, nominal, o);
+  EXPECT_GT(without.directions.front().rad, 5 * with.directions.front().rad);
+}
+
 // With everything else known the textbook gauge is exact: arm zero = 2 x stage zero.
 TEST(Degenerate, ArmAndStageZeroAreOneGaugeWithoutDirectBeam) {
   const Lab lab{plain_bench(), {{"", 0, 0}}, grid(kStages, kArms, {0}, 0), 0.05};

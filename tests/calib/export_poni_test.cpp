@@ -5,11 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <random>
 #include <sstream>
 
+#include "calib/instrument_from_poni.h"
 #include "scatmap/angles/angle_map.h"
 #include "scatmap/base/error.h"
 #include "scatmap/base/units.h"
+#include "support/random_instrument.h"
 
 namespace scatmap::calib {
 namespace {
@@ -69,6 +72,35 @@ TEST(Poni, ExportGivesScatterAnglesAndComesBack) {
     EXPECT_LE((back.detector_normal - view.detector_normal).norm(), 1e-14);
     EXPECT_GT(read.distance_m, 0);
   }
+}
+
+// Instrument to .poni text to instrument: every number of the detector comes back, for benches with everything askew.
+TEST(Poni, InstrumentComesBackThroughAFile) {
+  std::mt19937_64 rng(77);
+  for (int trial = 0; trial < 60; ++trial) {
+    const scatmap::test::RandomBench bench = scatmap::test::random_bench(rng, 1);
+    const Instrument& in = bench.instrument;
+    const Pose pose = bench.pose();
+    const SampleView view = sample_view(in, pose);
+    const Poni poni = parse_poni(to_poni(poni_at_spot(view, in.columns, in.rows), ""), "text");
+    Instrument like = in;
+    like.geometry.offset_x = like.geometry.offset_y = like.geometry.rotation_pitch = 0;
+    like.geometry.rotation_yaw = 0.3;
+    like.geometry.rotation_roll = -0.2;
+    like.geometry.distance = 1;
+    like.geometry.pixel_column = like.geometry.pixel_row = 1e-5;
+    const Instrument back = instrument_from_poni(poni, like, pose);
+    for (const GeometryKey& key : geometry_keys())
+      EXPECT_NEAR(back.geometry.*key.member, in.geometry.*key.member, 1e-13) << key.name << " of trial " << trial;
+    EXPECT_FALSE(back.calibration.has_value());
+  }
+}
+
+TEST(Poni, InstrumentOfAnotherSizeIsRefused) {
+  const Instrument in = bench(false, false);
+  Poni poni = poni_at_spot(sample_view(in, {0.3, 0.8}), in.columns, in.rows).poni;
+  poni.rows += 1;
+  EXPECT_THROW(instrument_from_poni(poni, in, {0.3, 0.8}), Error);
 }
 
 TEST(Poni, ReadsVersion1AndRefusesTheRest) {

@@ -3,16 +3,17 @@
 #include <array>
 
 #include "tools/chart/angles.h"
-#include "tools/chart/uncertainty.h"
+#include "tools/chart/calibrate.h"
 #include "tools/chart/model.h"
+#include "tools/chart/spots.h"
+#include "tools/chart/uncertainty.h"
 
 namespace scatmap::tools {
 
 std::span<const ChartJob> chart_jobs() {
   static constexpr std::array kJobs{
-      ChartJob{"angles", chart_angles},
-      ChartJob{"uncertainty", chart_uncertainty},
-      ChartJob{"model", chart_model},
+      ChartJob{"angles", chart_angles}, ChartJob{"uncertainty", chart_uncertainty}, ChartJob{"model", chart_model},
+      ChartJob{"spots", chart_spots},   ChartJob{"calibrate", chart_calibrate},
   };
   return kJobs;
 }

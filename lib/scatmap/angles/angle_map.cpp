@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "scatmap/angles/lens.h"
 #include "scatmap/base/parallel_rows.h"
 
 namespace scatmap {
@@ -34,7 +35,26 @@ AngleMap angle_map(const SampleView& view, int rows, int columns) {
 }
 
 AngleMap angle_map(const Instrument& instrument, const Pose& pose) {
-  return angle_map(sample_view(instrument, pose), instrument.rows, instrument.columns);
+  const SampleView view = sample_view(instrument, pose);
+  if (!instrument.lens_cameramodel) return angle_map(view, instrument.rows, instrument.columns);
+  return angle_map(view, load_lens_rays(*instrument.lens_cameramodel, instrument.columns, instrument.rows));
+}
+
+Vector3<double> interpolated_direction(const AngleMap& map, PixelPosition at) {
+  const int rows = map.mask.rows(), columns = map.mask.columns();
+  const bool inside = at.column >= 0 && at.row >= 0 && at.column <= columns - 1 && at.row <= rows - 1;
+  if (!inside) return Vector3<double>::Constant(std::numeric_limits<double>::quiet_NaN());
+  const int column = static_cast<int>(at.column), row = static_cast<int>(at.row);
+  const double x = at.column - column, y = at.row - row;
+  Vector3<double> sum = Vector3<double>::Zero();
+  for (int i = 0; i < 4; ++i) {
+    const int dc = i % 2, dr = i / 2;
+    const double share = (dc == 1 ? x : 1 - x) * (dr == 1 ? y : 1 - y);
+    if (share == 0) continue;
+    sum += share *
+           direction_from_angles<double>(map.theta_s_rad(row + dr, column + dc), map.phi_s_rad(row + dr, column + dc));
+  }
+  return sum.normalized();
 }
 
 }  // namespace scatmap

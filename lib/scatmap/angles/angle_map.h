@@ -27,10 +27,18 @@ PixelAngles pixel_angles(const SampleView& view, double column, double row);
 
 /// The `exact` method: double throughout.
 /// Error against long double: kAngleMaxError_rad in theta and sin(theta)·phi, kSolidAngleMaxError relative.
+/// With a lens (Instrument::lens_cameramodel) the rays are mrcal's, to the tolerance of its solver (1e-6 px for models
+/// that are inverted by iteration), and the solid angles are differences over one pixel.
+/// @throws Error from sample_view and load_lens_rays
 AngleMap angle_map(const Instrument& instrument, const Pose& pose);
 AngleMap angle_map(const SampleView& view, int rows, int columns);
 
 inline constexpr double kAngleMaxError_rad = 1e-13;
 inline constexpr double kSolidAngleMaxError = 1e-12;
+
+/// Direction of a pixel position, which may be fractional, from the angles of the four pixels around it: unit, sample
+/// axes, bilinear. For detectors behind a lens, whose rays have no closed form; off by at most an eighth of the rays'
+/// second difference over one pixel. NaN off the array and beside pixels without angles.
+Vector3<double> interpolated_direction(const AngleMap& map, PixelPosition at);
 
 }  // namespace scatmap

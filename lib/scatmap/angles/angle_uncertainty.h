@@ -18,7 +18,8 @@ struct AngleUncertainty {
       direction_px;  ///< of the pixel that sees a given direction: root of the summed variances along columns and rows
 };
 
-/// @return rows × columns, NaN where `mask` is not 0; nullopt if the instrument has no calibrated parameter
+/// @return rows × columns, NaN where `mask` is not 0; nullopt if the instrument has no calibrated parameter, or has a
+/// lens
 std::optional<AngleUncertainty> angle_uncertainty(const Instrument& instrument, const Pose& pose,
                                                   const Grid<Mask>& mask);
 

@@ -5,9 +5,11 @@
 #include <utility>
 
 #include "scatmap/base/error.h"
+#include "scatmap/base/provenance.h"
 #include "scatmap/base/units.h"
 
 namespace scatmap {
+namespace fs = std::filesystem;
 namespace {
 
 constexpr int kMaxSide = 32768;
@@ -25,11 +27,25 @@ std::pair<double, double> get_pair(const TomlTable& t, const std::string& key, c
   return {v[0] * unit, v[1] * unit};
 }
 
+std::optional<fs::path> read_lens_path(const TomlTable& t) {
+  constexpr const char* kKey = "lens_cameramodel";
+  const auto stated = t.optional_string(kKey);
+  if (!stated) return std::nullopt;
+  const fs::path path = fs::absolute(t.resolve(*stated)).lexically_normal();
+  if (!fs::is_regular_file(path))
+    throw Error(
+        {t.where(kKey), "does not exist or is no file", utf8_text(path.string()), "an mrcal .cameramodel file"});
+  if (utf8_text(path.string()) != path.string())
+    throw Error({t.where(kKey), "lies in a folder whose name is no UTF-8", utf8_text(path.string()), {}});
+  return path;
+}
+
 void read_detector(const TomlTable& t, Instrument& out) {
   out.columns = t.integer("columns", 1, kMaxSide);
   out.rows = t.integer("rows", 1, kMaxSide);
   out.flip_columns = t.boolean_or("flip_columns", false);
   out.flip_rows = t.boolean_or("flip_rows", false);
+  out.lens_cameramodel = read_lens_path(t);
   Geometry<double>& g = out.geometry;
   g.distance = t.number("distance_mm", {0, 1e7, true}) * kMetrePerMm;
   std::tie(g.offset_x, g.offset_y) = get_pair(t, "offset_mm", kLengthMm, kMetrePerMm);

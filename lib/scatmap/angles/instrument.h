@@ -41,6 +41,9 @@ struct Instrument {
   int rows = 0;
   bool flip_columns = false;
   bool flip_rows = false;
+  /// detector.lens_cameramodel, absolute: rays come from this mrcal model and replace the flat detector's (lens.h).
+  /// Absent: a bare CCD.
+  std::optional<std::filesystem::path> lens_cameramodel{};
   Geometry<double> geometry;
   double arm_encoder_sigma_rad = 0;
   double stage_encoder_sigma_rad = 0;
@@ -55,7 +58,8 @@ struct Pose {
 };
 
 /// Reads and checks an instrument file. Missing continuous keys are zero; detector.columns, rows, pitch_um and
-/// distance_mm are required. @throws Error naming file, line and key
+/// distance_mm are required. A relative detector.lens_cameramodel is beside the instrument file, and must exist.
+/// @throws Error naming file, line and key
 Instrument read_instrument(const std::filesystem::path& path);
 /// The same from text; `name` stands for the file in messages.
 Instrument parse_instrument(const std::string& text, const std::string& name);

@@ -1,3 +1,4 @@
+#include <cstdio>
 #include <string>
 
 #include "scatmap/angles/instrument.h"
@@ -15,6 +16,22 @@ std::string list(std::initializer_list<double> inside, double unit) {
 
 std::string line(const std::string& key, const std::string& value) { return key + " = " + value + "\n"; }
 
+// A basic string: every character that TOML does not allow in one is escaped.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) {
+      out += c;
+      continue;
+    }
+    char escape[8];
+    std::snprintf(escape, sizeof escape, "\\u%04X", static_cast<unsigned>(static_cast<unsigned char>(c)));
+    out += escape;
+  }
+  return out + "\"";
+}
+
 std::string detector_text(const Instrument& in) {
   const Geometry<double>& g = in.geometry;
   std::string t = "[detector]\n" + line("columns", std::to_string(in.columns)) + line("rows", std::to_string(in.rows));
@@ -23,7 +40,8 @@ std::string detector_text(const Instrument& in) {
   t += line("offset_mm", list({g.offset_x, g.offset_y}, kMetrePerMm));
   t += line("rotation_deg", list({g.rotation_pitch, g.rotation_yaw, g.rotation_roll}, kRadPerDeg));
   t += line("flip_columns", in.flip_columns ? "true" : "false");
-  return t + line("flip_rows", in.flip_rows ? "true" : "false");
+  t += line("flip_rows", in.flip_rows ? "true" : "false");
+  return in.lens_cameramodel ? t + line("lens_cameramodel", quoted(in.lens_cameramodel->string())) : t;
 }
 
 std::string mechanics_text(const Instrument& in) {

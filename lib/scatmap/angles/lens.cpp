@@ -1,9 +1,11 @@
 #include "scatmap/angles/lens.h"
 
 #include <dlfcn.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -79,13 +81,49 @@ const Module& module() {
   return kModule;
 }
 
+// mrcal says on standard error what it does not like. While this stands, that goes into `said`.
+class StandardErrorCatcher {
+ public:
+  StandardErrorCatcher() : before_(dup(STDERR_FILENO)), caught_(std::tmpfile()) {
+    if (before_ >= 0 && caught_ != nullptr) dup2(fileno(caught_), STDERR_FILENO);
+  }
+  StandardErrorCatcher(const StandardErrorCatcher&) = delete;
+  StandardErrorCatcher& operator=(const StandardErrorCatcher&) = delete;
+  ~StandardErrorCatcher() {
+    restore();
+    if (caught_ != nullptr) std::fclose(caught_);
+  }
+  /// The first line; nothing is caught after.
+  std::string said() {
+    restore();
+    if (caught_ == nullptr) return {};
+    std::rewind(caught_);
+    std::string line;
+    for (int c = std::fgetc(caught_); c != EOF && c != '\n'; c = std::fgetc(caught_)) line += static_cast<char>(c);
+    return line;
+  }
+
+ private:
+  void restore() {
+    if (before_ < 0) return;
+    dup2(before_, STDERR_FILENO);
+    close(before_);
+    before_ = -1;
+  }
+  int before_;
+  std::FILE* caught_;
+};
+
 using Lens = std::unique_ptr<scatmap_lens, void (*)(scatmap_lens*)>;
 
 Lens read_lens(const fs::path& path, int columns, int rows) {
   if (!fs::is_regular_file(path))
     throw Error({path.string(), "does not exist or is no file", {}, "an mrcal .cameramodel file"});
+  module();  // what is wrong with the module itself is no matter of the file
+  StandardErrorCatcher mrcal;
   Lens lens(module().read(path.c_str()), module().free);
-  if (!lens) throw Error({path.string(), "is no camera model that mrcal can read", {}, "an mrcal .cameramodel file"});
+  const std::string said = mrcal.said();
+  if (!lens) throw Error({path.string(), "is no camera model that mrcal can read", said, "an mrcal .cameramodel file"});
   const int c = module().columns(lens.get()), r = module().rows(lens.get());
   if (c == columns && r == rows) return lens;
   throw Error({path.string() + ": imagersize", "is not the detector's size",

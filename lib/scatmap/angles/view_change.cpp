@@ -43,7 +43,7 @@ void ViewChange::add(const ViewChange& other, double factor) {
 
 // Eigenvectors of the correlation matrix, not of the covariance: units must not decide what is small.
 std::vector<ViewChange> calibration_changes(const Instrument& instrument, const Pose& pose) {
-  if (!instrument.calibration || instrument.calibration->parameters.empty()) return {};
+  if (!instrument.calibration || instrument.calibration->parameters.empty() || instrument.lens_cameramodel) return {};
   const Eigen::MatrixXd& covariance = instrument.calibration->covariance;
   const std::vector<ViewChange> per_unit = derivatives(instrument, pose);
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt();

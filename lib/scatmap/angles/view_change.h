@@ -21,7 +21,8 @@ struct ViewChange {
 
 /// The calibration covariance as independent causes: one change per eigenvector, each at one standard deviation. The
 /// covariance of anything first order in the geometry is the sum of their squares and products. Empty without a
-/// calibration. Derivatives are central differences, good to 1e-8 relative. @throws Error if the pose is impossible
+/// calibration, and with a lens, whose rays are not of this form. Derivatives are central differences, good to 1e-8
+/// relative. @throws Error if the pose is impossible
 std::vector<ViewChange> calibration_changes(const Instrument& instrument, const Pose& pose);
 
 }  // namespace scatmap

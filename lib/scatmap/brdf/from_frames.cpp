@@ -192,12 +192,29 @@ ExposureCauses stated_causes(const Measurement& m) {
   return causes_by_identity(samples, signatures);
 }
 
-SampleView view_of(const Measurement& m) {
+// Before any frame is read.
+void require_possible_pose(const Measurement& m) {
   try {
-    return sample_view(m.instrument, m.pose);
+    sample_view(m.instrument, m.pose);
   } catch (const Error& e) {
     throw with_context(m.file.string(), e);
   }
+}
+
+AngleMap angles_of(const Measurement& m) {
+  try {
+    return angle_map(m.instrument, m.pose);
+  } catch (const Error& e) {
+    throw with_context(m.instrument_file.string(), e);
+  }
+}
+
+void add_pose_uncertainty(const Measurement& m, const Grid<double>& expected, BrdfMap& map) {
+  if (m.instrument.lens_cameramodel && m.instrument.calibration) {
+    map.notes.push_back("pose uncertainty is left out: the calibration describes a flat detector, not one with a lens");
+    return;
+  }
+  if (auto u_pose = pose_uncertainty(m.instrument, m.pose, expected)) map.u_pose_per_sr = std::move(*u_pose);
 }
 
 MergedSignature signature_of(const Measurement& m, const Reductions& beam) {
@@ -266,12 +283,12 @@ void exact_map(const Measurement& m, FrameSource& source, Beam beam, FilterValue
   refer_to_beam(m, signature, causes, out);
   if (progress) progress("map", 0.9);
   const Merged merged = merge(scaled(reductions));
-  map.angles = angle_map(view_of(m), m.instrument.rows, m.instrument.columns);
+  map.angles = angles_of(m);
   const Grid<double> expected = apply_geometry(merged, map);
   require_some_good_pixel(m, map);
   const Grid<float> nonlinearity = nonlinearity_change(m, levels_per_unit(m, reductions), signature, merged);
   split_causes(causes, out.overlap ? &out.overlap->solution : nullptr, {merged, expected, nonlinearity}, map);
-  if (auto u_pose = pose_uncertainty(m.instrument, m.pose, expected)) map.u_pose_per_sr = std::move(*u_pose);
+  add_pose_uncertainty(m, expected, map);
 }
 
 // The pixels' non-linearity needs the counts behind the map: the expected BRDF times Ω cos theta_s.
@@ -296,7 +313,7 @@ void split_causes_of_one(const Measurement& m, const ExposureCauses& causes, con
 void fused_map_of(const Measurement& m, FrameSource& source, const MergedSignature& signature, const Progress& progress,
                   BrdfResult& out) {
   BrdfMap& map = out.map;
-  const SampleView view = view_of(m);
+  const SampleView view = sample_view(m.instrument, m.pose);
   ExposureCauses causes = stated_causes(m);
   refer_to_beam(m, signature, causes, out);
   map.method = "fused";
@@ -333,11 +350,12 @@ BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, Filt
   map.instrument = m.instrument;
   map.pose = m.pose;
   map.wavelength_m = m.wavelength_m;
-  view_of(m);  // an impossible pose is found before the frames are read
+  require_possible_pose(m);
   FrameSource source(m);
   if (progress) progress("signature", 0);
   Beam beam = reduce_beam(m, source, map);
-  if (method == BrdfMethod::kFused && m.exposures.size() == 1 && beam.measured) {
+  const bool plane = !m.instrument.lens_cameramodel;  // what the fused pass is made for
+  if (method == BrdfMethod::kFused && plane && m.exposures.size() == 1 && beam.measured) {
     fused_map_of(m, source, *beam.measured, progress, out);
   } else {
     exact_map(m, source, std::move(beam), filters, progress, out);

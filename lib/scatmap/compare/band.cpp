@@ -7,6 +7,7 @@
 
 #include "scatmap/base/units.h"
 #include "scatmap/compare/lobe.h"
+#include "scatmap/compare/pixel_directions.h"
 
 namespace scatmap {
 namespace {
@@ -214,10 +215,10 @@ double typical_radius(const std::vector<RidgePoint>& ridge) {
 double fold_axis(double axis_deg) { return axis_deg - 180 * std::floor((axis_deg + 45) / 180); }
 
 double direction_in_hemisphere(const BrdfMap& map, const Band& band) {
-  const SampleView view = sample_view(map.instrument, map.pose);
+  const PixelDirections directions(map);
   const Step step = unit(band.axis_deg);
-  const Vector3<double> d = view.pixel(band.centre.column, band.centre.row).normalized();
-  const Vector3<double> tangent = step.column * view.column_step + step.row * view.row_step;
+  const Vector3<double> d = directions(band.centre).normalized();
+  const Vector3<double> tangent = directions.change(band.centre, step.column, step.row);
   const Vector3<double> out_of_plane = d.cross(Vector3<double>::UnitX()).normalized();
   return fold_axis(std::atan2(tangent.dot(out_of_plane), tangent.dot(out_of_plane.cross(d))) * kDegPerRad);
 }

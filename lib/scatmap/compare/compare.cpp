@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
 #include "scatmap/base/units.h"
+#include "scatmap/compare/pixel_directions.h"
 
 namespace scatmap {
 namespace {
@@ -37,21 +37,6 @@ void require_same_scene(const BrdfMap& measured, const BrdfMap& modelled) {
   };
   pose(&Pose::stage_rad, "stage angle");
   pose(&Pose::arm_rad, "arm angle");
-}
-
-double direction_difference(const BrdfMap& measured, const BrdfMap& modelled) {
-  const SampleView a = sample_view(measured.instrument, measured.pose);
-  const SampleView b = sample_view(modelled.instrument, modelled.pose);
-  const double last_column = measured.mask.columns() - 1, last_row = measured.mask.rows() - 1;
-  double largest = 0;
-  for (const double x : {0.0, 0.5, 1.0}) {
-    for (const double y : {0.0, 0.5, 1.0}) {
-      const auto p = pixel_of_direction(a, b.pixel(x * last_column, y * last_row));
-      if (!p) return std::numeric_limits<double>::infinity();
-      largest = std::max(largest, std::hypot(p->column - x * last_column, p->row - y * last_row));
-    }
-  }
-  return largest;
 }
 
 }  // namespace
@@ -85,7 +70,7 @@ Comparison compare(const BrdfMap& measured, const BrdfMap& modelled) {
   };
   if (states_uncertainty(measured) || states_uncertainty(modelled)) c.residual = residual(measured, modelled);
   c.log10_ratio = log10_ratio(measured, modelled);
-  c.direction_difference_px = direction_difference(measured, modelled);
+  c.direction_difference_px = direction_difference_px(measured, modelled);
   return c;
 }
 

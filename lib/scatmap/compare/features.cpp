@@ -8,6 +8,7 @@
 
 #include "scatmap/base/units.h"
 #include "scatmap/compare/lobe.h"
+#include "scatmap/compare/pixel_directions.h"
 
 namespace scatmap {
 namespace {
@@ -122,8 +123,8 @@ std::vector<Candidate> lobes(const BrdfMap& map, const Grid<float>& good) {
   return separate;
 }
 
-Peak make_peak(const Lobe& lobe, const SampleView& view, double rival) {
-  const Vector3<double> direction = view.pixel(lobe.summit.column, lobe.summit.row);
+Peak make_peak(const Lobe& lobe, const PixelDirections& directions, double rival) {
+  const Vector3<double> direction = directions(lobe.summit);
   Peak p;
   p.column_px = lobe.summit.column;
   p.row_px = lobe.summit.row;
@@ -153,11 +154,11 @@ std::vector<Peak> find_peaks(const BrdfMap& map) {
   while (count > 0 && !(height(count - 1) >= kMinProminence * height(count))) --count;
   if (count == 0) return {};
 
-  const SampleView view = sample_view(map.instrument, map.pose);
+  const PixelDirections directions(map);
   std::vector<Peak> peaks;
   for (std::size_t k = 0; k < count; ++k) {
     const auto lobe = fit_lobe(map, found[k].column, found[k].row, static_cast<double>(found[k].height));
-    if (lobe) peaks.push_back(make_peak(*lobe, view, height(count)));
+    if (lobe) peaks.push_back(make_peak(*lobe, directions, height(count)));
   }
   std::sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.height_per_sr > b.height_per_sr; });
   return peaks;

@@ -23,6 +23,18 @@ std::string method_note(const FrameModelOptions& options, double rounding) {
          " of the largest; rounding of directions adds " + two_digits(rounding) + " at most";
 }
 
+// A lens bends the plane of pixels that the other methods rest on.
+void fill_behind_lens(const PreparedModel& prepared, BrdfMap& map) {
+  for_each_row(map.mask.rows(), [&](int row) {
+    for (int c = 0; c < map.mask.columns(); ++c) {
+      map.brdf_per_sr(row, c) =
+          map.mask(row, c) != 0
+              ? std::numeric_limits<double>::quiet_NaN()
+              : prepared(direction_from_angles(map.angles.theta_s_rad(row, c), map.angles.phi_s_rad(row, c)));
+    }
+  });
+}
+
 }  // namespace
 
 double model_error_bound(const FrameModelOptions& options) {
@@ -39,9 +51,14 @@ BrdfMap model_map(const Model& model, const Instrument& instrument, const Pose& 
   map.instrument = instrument;
   map.pose = pose;
   map.wavelength_m = model.wavelength_m;
-  map.angles = angle_map(view, instrument.rows, instrument.columns);
+  map.angles = angle_map(instrument, pose);
   map.mask = map.angles.mask;
   map.brdf_per_sr = Grid<double>(instrument.rows, instrument.columns);
+  if (instrument.lens_cameramodel) {
+    fill_behind_lens(PreparedModel(model, view.to_source, distance_m), map);
+    map.notes.push_back("model: values at pixel centres, method exact, on the directions of the lens");
+    return map;
+  }
   const DirectionPlane plane{view.origin, view.column_step, view.row_step};
   FrameModel(model, view.to_source, distance_m, plane, instrument.rows, instrument.columns, options)
       .fill({map.brdf_per_sr.data(), map.brdf_per_sr.size()});

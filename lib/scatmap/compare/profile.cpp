@@ -8,6 +8,7 @@
 #include "scatmap/base/error.h"
 #include "scatmap/base/units.h"
 #include "scatmap/compare/lobe.h"
+#include "scatmap/compare/pixel_directions.h"
 
 namespace scatmap {
 namespace {
@@ -65,14 +66,14 @@ Sample sample_map(const BrdfMap& map, PixelPosition at) {
 
 Profile path_profile(const BrdfMap& map, PixelPosition origin, std::vector<PixelPosition> path) {
   if (path.empty()) throw Error({"profile", "its line does not cross the map", {}, {}});
-  const SampleView view = sample_view(map.instrument, map.pose);
+  const PixelDirections directions(map);
   Profile p;
   p.offset_px = path_offsets(path, origin);
   p.position = std::move(path);
-  const Vector3<double> from = view.pixel(origin.column, origin.row);
+  const Vector3<double> from = directions(origin);
   for (std::size_t i = 0; i < p.position.size(); ++i) {
     const PixelPosition at = p.position[i];
-    const double angle = angle_between<double>(from, view.pixel(at.column, at.row)) * kDegPerRad;
+    const double angle = angle_between<double>(from, directions(at)) * kDegPerRad;
     p.angle_deg.push_back(std::copysign(angle, p.offset_px[i]));
     const Sample s = sample_map(map, at);
     p.value_per_sr.push_back(s.value_per_sr);

@@ -32,6 +32,7 @@ FrameHeader fits_frame_header(const FitsHeader& header) {
   out.saturation_dn = bounded(header, "SATURATE", Least::kAboveZero);
   out.stage_deg = header.number("STAGEDEG");
   out.arm_deg = header.number("ARMDEG");
+  out.tilt_deg = header.number("TILTDEG");
   out.row_order = row_order(header);
   out.date = header.text("DATE-OBS");
   return out;
@@ -46,6 +47,7 @@ FrameHeader fits_frame_header(const FitsHeader& extension, const FitsHeader& pri
   if (!out.saturation_dn) out.saturation_dn = above.saturation_dn;
   if (!out.stage_deg) out.stage_deg = above.stage_deg;
   if (!out.arm_deg) out.arm_deg = above.arm_deg;
+  if (!out.tilt_deg) out.tilt_deg = above.tilt_deg;
   if (!out.row_order) out.row_order = above.row_order;
   if (!out.date) out.date = above.date;
   return out;

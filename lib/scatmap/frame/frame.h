@@ -14,6 +14,7 @@ struct FrameHeader {
   std::optional<double> saturation_dn;   ///< SATURATE
   std::optional<double> stage_deg;       ///< STAGEDEG
   std::optional<double> arm_deg;         ///< ARMDEG
+  std::optional<double> tilt_deg;        ///< TILTDEG: known out-of-plane tilt of a mirror
   std::optional<std::string> row_order;  ///< ROWORDER: "TOP-DOWN" or "BOTTOM-UP"
   std::optional<std::string> date;       ///< DATE-OBS
 };

@@ -1,6 +1,7 @@
 #include "scatmap/report/map_fits.h"
 
 #include <cmath>
+#include <optional>
 #include <sstream>
 
 #include "scatmap/angles/angle_uncertainty.h"
@@ -17,7 +18,15 @@ Grid<double> in_degrees(const Grid<double>& rad) {
   return out;
 }
 
-void write_wcs(FitsWriter& fits, const TanWcs& wcs) {
+// A lens bends the plane: no TAN projection then.
+std::optional<TanWcs> wcs_of(const Instrument& instrument, const SampleView& view) {
+  if (instrument.lens_cameramodel) return std::nullopt;
+  return tan_wcs(view);
+}
+
+void write_wcs(FitsWriter& fits, const std::optional<TanWcs>& stated) {
+  if (!stated) return;
+  const TanWcs& wcs = *stated;
   fits.key("CTYPE1", std::string("SCLN-TAN"), "phi_s from -x, exact for a flat detector");
   fits.key("CTYPE2", std::string("SCLT-TAN"), "90 deg - theta_s");
   fits.key("CUNIT1", std::string("deg"), "");
@@ -45,6 +54,12 @@ void write_pose(FitsWriter& fits, const SampleView& view, const Pose& pose, doub
   fits.key("ANGCONV", std::string("phi from -x towards -y; specular at 180"), "sample axes: z normal, x forward");
 }
 
+// So that a reader can tell whether the lens is still the one these numbers were made with.
+void write_lens(FitsWriter& fits, const Instrument& instrument) {
+  if (!instrument.lens_cameramodel) return;
+  fits.key("LENSSHA", record_input(*instrument.lens_cameramodel).sha256, "");
+}
+
 void write_provenance(FitsWriter& fits, const Provenance& p) {
   fits.key("CREATOR", p.written_by, "program and version");
   fits.key("CMDLINE", p.command_line.empty() ? "-" : p.command_line, "");
@@ -62,13 +77,14 @@ void write_scale(FitsWriter& fits, const BrdfMap& map) {
 
 void write_primary_header(FitsWriter& fits, const BrdfMap& map, const SampleView& view) {
   write_pose(fits, view, map.pose, map.wavelength_m);
+  write_lens(fits, map.instrument);
   write_scale(fits, map);
   write_provenance(fits, map.provenance);
   if (!map.method.empty()) fits.key("METHOD", map.method, "how counts became BRDF");
   for (const std::string& note : map.notes) fits.history("NOTE: " + note);
 }
 
-void write_mask(FitsWriter& fits, const Grid<Mask>& mask, const TanWcs& wcs) {
+void write_mask(FitsWriter& fits, const Grid<Mask>& mask, const std::optional<TanWcs>& wcs) {
   fits.image("MASK", mask);
   for (const MaskFlag& flag : kMaskFlags) {
     int bit = 0;
@@ -79,7 +95,7 @@ void write_mask(FitsWriter& fits, const Grid<Mask>& mask, const TanWcs& wcs) {
   write_wcs(fits, wcs);
 }
 
-void write_uncertainties(FitsWriter& fits, const BrdfMap& map, const TanWcs& wcs) {
+void write_uncertainties(FitsWriter& fits, const BrdfMap& map, const std::optional<TanWcs>& wcs) {
   if (map.u_random_per_sr.empty()) return;
   fits.image("UNCERT", "sr-1", per_pixel_uncertainty(map));
   fits.key("UTYPE", std::string("StdDevUncertainty"), "random and structured; scale excluded");
@@ -194,7 +210,7 @@ void write_instrument(FitsWriter& fits, const Instrument& instrument) {
 void write_map_fits(const BrdfMap& map, const std::filesystem::path& target, Precision precision, Overwrite overwrite) {
   const FitsPixels pixels = precision == Precision::kDouble ? FitsPixels::kDouble : FitsPixels::kFloat;
   const SampleView view = sample_view(map.instrument, map.pose);
-  const TanWcs wcs = tan_wcs(view);
+  const std::optional<TanWcs> wcs = wcs_of(map.instrument, view);
   FitsWriter fits(target, overwrite);
   fits.image("BRDF", "sr-1", map.brdf_per_sr, pixels);
   write_wcs(fits, wcs);
@@ -214,11 +230,12 @@ void write_map_fits(const BrdfMap& map, const std::filesystem::path& target, Pre
 void write_angles_fits(const AngleMap& angles, const Instrument& instrument, const Pose& pose,
                        const Provenance& provenance, const std::filesystem::path& target, Overwrite overwrite) {
   const SampleView view = sample_view(instrument, pose);
-  const TanWcs wcs = tan_wcs(view);
+  const std::optional<TanWcs> wcs = wcs_of(instrument, view);
   FitsWriter fits(target, overwrite);
   fits.image("THETA_S_DEG", "deg", in_degrees(angles.theta_s_rad), FitsPixels::kDouble);
   write_wcs(fits, wcs);
   write_pose(fits, view, pose, 0);
+  write_lens(fits, instrument);
   write_provenance(fits, provenance);
   write_angle_images(fits, angles, true);
   write_angle_uncertainty(fits, instrument, pose, angles.mask);
@@ -230,7 +247,7 @@ void write_angles_fits(const AngleMap& angles, const Instrument& instrument, con
 void write_residual_fits(const Comparison& comparison, const BrdfMap& like, const Provenance& provenance,
                          const std::filesystem::path& target, Overwrite overwrite) {
   const SampleView view = sample_view(like.instrument, like.pose);
-  const TanWcs wcs = tan_wcs(view);
+  const std::optional<TanWcs> wcs = wcs_of(like.instrument, view);
   FitsWriter fits(target, overwrite);
   if (comparison.residual) {
     fits.image("RESIDUAL", "", comparison.residual->normalised);

@@ -14,6 +14,15 @@ double required_key(FitsReader& fits, const std::string& file, const std::string
   return *value;
 }
 
+// Directions are computed anew from the lens file: it must be the one the map was made with.
+void require_same_lens(FitsReader& fits, const std::string& file, const std::string& primary, const Instrument& in) {
+  if (!in.lens_cameramodel) return;
+  const auto sha256 = fits.text_key(primary, "LENSSHA");
+  if (sha256 && *sha256 == record_input(*in.lens_cameramodel).sha256) return;
+  throw Error({file + "[INSTRUMENT]: detector.lens_cameramodel", "has changed since the file was written",
+               in.lens_cameramodel->string(), "the file with sha256 " + sha256.value_or("(not stated)")});
+}
+
 MapView read_view(FitsReader& fits, const std::string& file) {
   const std::string primary = fits.names().empty() ? "" : fits.names().front();
   if ((primary != "BRDF" && primary != "THETA_S_DEG") || !fits.has("INSTRUMENT")) {
@@ -23,6 +32,7 @@ MapView read_view(FitsReader& fits, const std::string& file) {
   std::string text;
   for (const std::string& line : fits.text_column("INSTRUMENT", "TOML")) text += line + "\n";
   MapView view{parse_instrument(text, file + "[INSTRUMENT]"), {}, 0};
+  require_same_lens(fits, file, primary, view.instrument);
   view.pose = {required_key(fits, file, primary, "STAGERAD"), required_key(fits, file, primary, "ARMRAD")};
   view.wavelength_m = fits.number_key(primary, "WAVELEN").value_or(0) * kMetrePerNm;
   if (primary == "BRDF" && !(view.wavelength_m > 0))

@@ -6,6 +6,7 @@
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
+#include "scatmap/compare/pixel_directions.h"
 #include "scatmap/report/picture_raster.h"
 
 namespace scatmap {
@@ -132,7 +133,7 @@ std::vector<Raster> rasters(const std::vector<MapPanel>& panels) {
   if (panels.empty()) throw Error({"picture", "there is no map to draw", {}, {}});
   std::vector<Raster> out;
   for (const MapPanel& p : panels) {
-    const SampleView view = sample_view(p.map->instrument, p.map->pose);
+    const SampleView view = mean_view(*p.map);
     out.push_back(raster(p.map->brdf_per_sr, p.map->mask, view, kMostCells / static_cast<int>(panels.size())));
   }
   return out;
@@ -241,7 +242,7 @@ void draw_overview(const std::vector<MapPanel>& maps, const std::vector<ProfileP
 
 void draw_residual(const Residual& residual, const BrdfMap& map, const std::string& title, const fs::path& target,
                    const PictureOptions& options) {
-  const Raster drawn = raster(residual.normalised, map.mask, sample_view(map.instrument, map.pose), kMostCells);
+  const Raster drawn = raster(residual.normalised, map.mask, mean_view(map), kMostCells);
   const MapLayout layout = map_layout(drawn, 1);
   Canvas canvas(kTop + layout.height + kBottom);
   const std::string blocks =
