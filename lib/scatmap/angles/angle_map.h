@@ -7,13 +7,16 @@
 namespace scatmap {
 
 /// Per pixel: where the light that reaches it left the sample.
-struct AngleMap {
-  double theta_i_rad = 0;       ///< between sample normal and the direction to the source; phi_i = 0
-  Grid<double> theta_s_rad;     ///< [0, pi/2)
-  Grid<double> phi_s_rad;       ///< from −x, [0, 2 pi): specular is pi
-  Grid<double> solid_angle_sr;  ///< of one pixel seen from the spot
-  Grid<Mask> mask;              ///< kBelowHorizon, kBehindDetector; the pixel's numbers are then NaN
+template <class T>
+struct AngleMapOf {
+  double theta_i_rad = 0;  ///< between sample normal and the direction to the source; phi_i = 0
+  Grid<T> theta_s_rad;     ///< [0, pi/2)
+  Grid<T> phi_s_rad;       ///< from −x, [0, 2 pi): specular is pi
+  Grid<T> solid_angle_sr;  ///< of one pixel seen from the spot
+  Grid<Mask> mask;         ///< kBelowHorizon, kBehindDetector; the pixel's numbers are then NaN
 };
+
+using AngleMap = AngleMapOf<double>;
 
 struct PixelAngles {
   double theta_s_rad;
@@ -31,6 +34,8 @@ AngleMap angle_map(const Instrument& instrument, const Pose& pose);
 AngleMap angle_map(const SampleView& view, int rows, int columns);
 
 inline constexpr double kAngleMaxError_rad = 1e-13;
+/// On the same view, without the rounding that went into it.
+inline constexpr double kExactMaxError_rad = 1e-15;
 inline constexpr double kSolidAngleMaxError = 1e-12;
 
 }  // namespace scatmap

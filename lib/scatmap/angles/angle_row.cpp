@@ -5,21 +5,10 @@
 #include <limits>
 #include <numbers>
 
-#include "scatmap/angles/angle_kernel.h"
+#include "scatmap/angles/angle_line.h"
 
 namespace scatmap {
 namespace {
-
-using Wide = long double;  // references are computed in it, a few per row
-
-struct WideRay {
-  Wide x, y, z;
-};
-
-WideRay wide_ray(const SampleView& v, Wide column, int row) {
-  const auto along = [&](int k) { return v.origin[k] + row * Wide(v.row_step[k]) + column * v.column_step[k]; };
-  return {along(0), along(1), along(2)};
-}
 
 // A part of a row with its reference pixel at the middle.
 struct Segment {
@@ -46,15 +35,8 @@ bool is_near(const Segment& s) {
 }
 
 template <class T>
-struct TwoParts {
-  explicit TwoParts(Wide value) : high(static_cast<T>(value)), rest(static_cast<T>(value - high)) {}
-  T high, rest;
-};
-
-template <class T>
 kernel::NearSegment<T> near_segment(const Segment& s) {
-  const Wide middle = static_cast<Wide>(s.middle());
-  const WideRay p = wide_ray(s.view, middle, s.row);
+  const WideRay p = wide_ray(s.view, s.middle(), s.row);
   const Vector3<double>& u = s.view.column_step;
   const Wide rho2 = p.x * p.x + p.y * p.y, r2 = rho2 + p.z * p.z, rho = std::sqrt(rho2), r = std::sqrt(r2);
   const Wide across = p.x * u.y() - p.y * u.x(), along = p.x * u.x() + p.y * u.y();
@@ -77,20 +59,7 @@ kernel::NearSegment<T> near_segment(const Segment& s) {
 
 template <class T>
 kernel::FarSegment<T> far_segment(const Segment& s) {
-  const WideRay p = wide_ray(s.view, static_cast<Wide>(s.middle()), s.row);
-  const Wide r = std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
-  const TwoParts<T> x(p.x / r), y(p.y / r), z(p.z / r);
-  const auto step = [&](int k) { return static_cast<T>(s.view.column_step[k] / r); };
-  return {static_cast<T>(s.columns.first - s.middle()),
-          x.high,
-          y.high,
-          z.high,
-          x.rest,
-          y.rest,
-          z.rest,
-          step(0),
-          step(1),
-          step(2)};
+  return far_segment<T>(wide_ray(s.view, s.middle(), s.row), s.view.column_step, s.columns.first - s.middle());
 }
 
 constexpr int kShortest = 256;  // shorter parts cost more in references than they save
@@ -114,11 +83,10 @@ void write_angles(const Segment& s, T* theta, T* phi) {
 // area·|facing|/r³ with lengths in units of the reference ray's length.
 template <class T>
 T solid_angle_scale(const Segment& s) {
-  const WideRay p = wide_ray(s.view, static_cast<Wide>(s.middle()), s.row);
+  const Wide r = wide_ray(s.view, s.middle(), s.row).length();
   const Vector3<double>&n = s.view.detector_normal, &o = s.view.origin;
   const Wide facing = Wide(n.x()) * o.x() + Wide(n.y()) * o.y() + Wide(n.z()) * o.z();
-  const Wide r2 = p.x * p.x + p.y * p.y + p.z * p.z;
-  return static_cast<T>(s.view.pixel_area_m2 * facing / (r2 * std::sqrt(r2)));
+  return static_cast<T>(s.view.pixel_area_m2 * facing / (r * r * r));
 }
 
 template <class T>

@@ -41,12 +41,15 @@ void angle_row(const SampleView& view, int row, ColumnRange columns, const Angle
 /// `mask` of pixel_angles. By the same sums as pixel_angles: no method differs on a single pixel.
 ColumnRange visible_columns(const SampleView& view, int row, ColumnRange columns);
 
-/// Domain of all four: pixels at least a thousandth of the frame's size from the spot.
-inline constexpr double kVectorMaxError_rad = 1e-15;
+/// On frames whose farthest pixel is FrameExtent::spread times as far from the spot as the nearest, times spread.
+inline constexpr double kVectorMaxError_rad = 6e-16;
 inline constexpr double kRowSolidAngleMaxError = 2e-15;
 inline constexpr double kRowCosineMaxError = 5e-16;
 /// Rounding of theta (6e-8) and of phi (2.4e-7 past 4 rad) in float32, and the arithmetic's.
 inline constexpr double kSingleMaxError_rad = 3.5e-7;
+/// Of that, the arithmetic's: about a reference, and by the branch-free arctangent near the pole and the seam.
+inline constexpr double kSingleArithmetic_rad = 3e-8;
+inline constexpr double kSingleFarArithmetic_rad = 1e-7;
 inline constexpr double kSingleSolidAngleMaxError = 1e-6;
 inline constexpr double kSingleCosineMaxError = 3e-7;
 
