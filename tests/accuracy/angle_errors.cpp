@@ -91,13 +91,15 @@ void add_rows(const SampleView& view, int columns, int row, double spread, Wide&
 void add_chain(const RandomBench& bench, const SampleView& view, const std::vector<std::pair<int, int>>& pixels,
                double spread, Wide& share) {
   const synth::TruthGeometry truth(bench.truth, bench.stage_deg, bench.arm_deg);
+  // At normal incidence the plane that phi is measured from is undefined.
+  const Wide incidence = truth.incidence_rad(), plane = incidence > 1e-12L ? std::sin(incidence) : 1;
   for (const auto& [column, row] : pixels) {
     const auto t = truth.pixel(column, row);
     const PixelAngles a = pixel_angles(view, column, row);
     if (!t || a.mask != 0) continue;
     const Wide error =
         direction_error(a.theta_s_rad, a.phi_s_rad, t->theta_s_rad, t->phi_s_rad, std::sin(t->theta_s_rad));
-    raise(share, error / (kAngleMaxError_rad * spread));
+    raise(share, error * plane / (kAngleMaxError_rad * spread));
   }
 }
 

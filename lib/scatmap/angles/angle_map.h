@@ -29,12 +29,15 @@ struct PixelAngles {
 PixelAngles pixel_angles(const SampleView& view, double column, double row);
 
 /// The `exact` method: double throughout.
-/// Error against long double: kAngleMaxError_rad in theta and sin(theta)·phi, kSolidAngleMaxError relative.
+/// Error against long double: kExactMaxError_rad of direction on the same view, kAngleMaxError_rad from the numbers of
+/// the instrument file, kSolidAngleMaxError relative.
 AngleMap angle_map(const Instrument& instrument, const Pose& pose);
 AngleMap angle_map(const SampleView& view, int rows, int columns);
 
-inline constexpr double kAngleMaxError_rad = 1e-13;
-/// On the same view, without the rounding that went into it.
+/// Times farthest over nearest pixel distance, over sin(theta_i): at normal incidence phi has no zero.
+inline constexpr double kAngleMaxError_rad = 2e-15;
+/// Of theta and sin(theta)·phi, root of squares, times farthest over nearest pixel distance: without the rounding that
+/// went into the view.
 inline constexpr double kExactMaxError_rad = 1e-15;
 inline constexpr double kSolidAngleMaxError = 1e-12;
 

@@ -29,6 +29,8 @@ bool is_near(const Segment& s) {
   const double turn = h * std::abs(p.x() * u.y() - p.y() * u.x());
   const double flat = rho2 - h * std::abs(p.x() * u.x() + p.y() * u.y());
   const double way = h * p.cross(u).norm(), along = p.squaredNorm() - h * std::abs(p.dot(u));
+  // Half way to the pole and farther, rho² = rho_ref² + rise loses digits; and in float32 rho² must not vanish.
+  if (!(flat >= 0.5 * rho2 && rho2 > 1e-12 * p.squaredNorm())) return false;
   if (!(turn <= kRange * flat && way <= kRange * along)) return false;
   // The seam lies at y = 0, x < 0.
   return p.x() > 0 || std::abs(p.y()) * flat > turn * std::sqrt(rho2) + kSeam * rho2 * std::sqrt(rho2);
