@@ -32,6 +32,12 @@ int scatmap_lens_columns(const scatmap_lens* lens) { return static_cast<int>(len
 int scatmap_lens_rows(const scatmap_lens* lens) { return static_cast<int>(lens->model->imagersize[1]); }
 const char* scatmap_lens_name(const scatmap_lens* lens) { return lens->name.data(); }
 
+size_t scatmap_lens_intrinsics(const scatmap_lens* lens, double* intrinsics, size_t room) {
+  const auto count = static_cast<size_t>(mrcal_lensmodel_num_params(&lens->model->lensmodel));
+  for (size_t i = 0; i < count && count <= room; ++i) intrinsics[i] = lens->model->intrinsics[i];
+  return count;
+}
+
 int scatmap_lens_unproject(const scatmap_lens* lens, const double* positions, size_t count, double* rays) {
   std::vector<mrcal_point2_t> pixels(count);
   std::vector<mrcal_point3_t> vectors(count);

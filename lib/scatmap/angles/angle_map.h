@@ -7,13 +7,16 @@
 namespace scatmap {
 
 /// Per pixel: where the light that reaches it left the sample.
-struct AngleMap {
-  double theta_i_rad = 0;       ///< between sample normal and the direction to the source; phi_i = 0
-  Grid<double> theta_s_rad;     ///< [0, pi/2)
-  Grid<double> phi_s_rad;       ///< from −x, [0, 2 pi): specular is pi
-  Grid<double> solid_angle_sr;  ///< of one pixel seen from the spot
-  Grid<Mask> mask;              ///< kBelowHorizon, kBehindDetector; the pixel's numbers are then NaN
+template <class T>
+struct AngleMapOf {
+  double theta_i_rad = 0;  ///< between sample normal and the direction to the source; phi_i = 0
+  Grid<T> theta_s_rad;     ///< [0, pi/2)
+  Grid<T> phi_s_rad;       ///< from −x, [0, 2 pi): specular is pi
+  Grid<T> solid_angle_sr;  ///< of one pixel seen from the spot
+  Grid<Mask> mask;         ///< kBelowHorizon, kBehindDetector; the pixel's numbers are then NaN
 };
+
+using AngleMap = AngleMapOf<double>;
 
 struct PixelAngles {
   double theta_s_rad;
@@ -26,14 +29,19 @@ struct PixelAngles {
 PixelAngles pixel_angles(const SampleView& view, double column, double row);
 
 /// The `exact` method: double throughout.
-/// Error against long double: kAngleMaxError_rad in theta and sin(theta)·phi, kSolidAngleMaxError relative.
+/// Error against long double: kExactMaxError_rad of direction on the same view, kAngleMaxError_rad from the numbers of
+/// the instrument file, kSolidAngleMaxError relative.
 /// With a lens (Instrument::lens_cameramodel) the rays are mrcal's, to the tolerance of its solver (1e-6 px for models
 /// that are inverted by iteration), and the solid angles are differences over one pixel.
 /// @throws Error from sample_view and load_lens_rays
 AngleMap angle_map(const Instrument& instrument, const Pose& pose);
 AngleMap angle_map(const SampleView& view, int rows, int columns);
 
-inline constexpr double kAngleMaxError_rad = 1e-13;
+/// Times farthest over nearest pixel distance, over sin(theta_i): at normal incidence phi has no zero.
+inline constexpr double kAngleMaxError_rad = 2e-15;
+/// Of theta and sin(theta)·phi, root of squares, times farthest over nearest pixel distance: without the rounding that
+/// went into the view.
+inline constexpr double kExactMaxError_rad = 1e-15;
 inline constexpr double kSolidAngleMaxError = 1e-12;
 
 /// Direction of a pixel position, which may be fractional, from the angles of the four pixels around it: unit, sample

@@ -3,14 +3,17 @@
 #include <dlfcn.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "scatmap/angles/lens_module.h"
+#include "scatmap/angles/opencv_lens.h"
 #include "scatmap/base/error.h"
 #include "scatmap/base/parallel_rows.h"
 
@@ -41,6 +44,7 @@ struct Module {
   decltype(&scatmap_lens_columns) columns = nullptr;
   decltype(&scatmap_lens_rows) rows = nullptr;
   decltype(&scatmap_lens_name) name = nullptr;
+  decltype(&scatmap_lens_intrinsics) intrinsics = nullptr;
   decltype(&scatmap_lens_unproject) unproject = nullptr;
 };
 
@@ -61,6 +65,7 @@ Module open_module(const fs::path& file) {
   find_symbol(library, "scatmap_lens_columns", file, m.columns);
   find_symbol(library, "scatmap_lens_rows", file, m.rows);
   find_symbol(library, "scatmap_lens_name", file, m.name);
+  find_symbol(library, "scatmap_lens_intrinsics", file, m.intrinsics);
   find_symbol(library, "scatmap_lens_unproject", file, m.unproject);
   return m;
 }
@@ -145,11 +150,34 @@ bool unit_rays(const scatmap_lens* lens, double first_column, double row, std::v
   return true;
 }
 
+std::optional<OpencvLens> as_opencv(const scatmap_lens* lens) {
+  std::array<double, 16> intrinsics{};  // LENSMODEL_OPENCV12 has 16; those with more are other models
+  const std::size_t count = module().intrinsics(lens, intrinsics.data(), intrinsics.size());
+  if (count > intrinsics.size()) return std::nullopt;
+  return opencv_lens(module().name(lens), {intrinsics.data(), count});
+}
+
+void fill_rays(const OpencvLens& lens, LensRays& out) {
+  const int columns = out.direction.columns();
+  for_row_ranges(out.direction.rows(), [&](int first, int last) {
+    std::vector<double> x(static_cast<std::size_t>(columns)), y(x.size());
+    for (int r = first; r < last; ++r) {
+      unproject_row(lens, r, {0, columns}, {x, y, out.solid_angle_sr.row(r)});
+      for (std::size_t c = 0; c < x.size(); ++c)
+        out.direction.row(r)[c] = Vector3<double>(x[c], y[c], 1) / std::sqrt(1 + x[c] * x[c] + y[c] * y[c]);
+    }
+  });
+}
+
 }  // namespace
 
 LensRays load_lens_rays(const fs::path& cameramodel, int columns, int rows) {
   const Lens lens = read_lens(cameramodel, columns, rows);
   LensRays out{module().name(lens.get()), {rows, columns}, {rows, columns}};
+  if (const auto opencv = as_opencv(lens.get())) {
+    fill_rays(*opencv, out);
+    return out;
+  }
   std::atomic<bool> failed{false};
   for_row_ranges(rows, [&](int first, int last) {
     const auto n = static_cast<std::size_t>(columns);

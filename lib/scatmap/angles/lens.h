@@ -13,12 +13,14 @@ namespace scatmap {
 struct LensRays {
   std::string model;                ///< mrcal's name of the lens model
   Grid<Vector3<double>> direction;  ///< rows × columns, unit; NaN where the model has no answer
-  Grid<double> solid_angle_sr;  ///< of one pixel: |∂ray/∂column × ∂ray/∂row|, from rays at the pixel's four edges
+  Grid<double> solid_angle_sr;      ///< of one pixel: |∂ray/∂column × ∂ray/∂row|, from the lens's
+                                    ///< Jacobian or rays at the pixel's four edges
 };
 
-/// Reads a .cameramodel file with mrcal and unprojects every pixel, by mrcal's own mrcal_unproject: every lens model
-/// that mrcal can unproject works. The file's pose is ignored: the camera sits at the spot and its axes are the
-/// instrument's. Costs about 3 µs a pixel for iterative models (OPENCV8), 0.1 µs for closed ones.
+/// Reads a .cameramodel file with mrcal and unprojects every pixel: LENSMODEL_OPENCV4, 5, 8 and 12 by unproject_row
+/// (opencv_lens.h), every other lens model that mrcal can unproject by mrcal's own mrcal_unproject. The file's pose is
+/// ignored: the camera sits at the spot and its axes are the instrument's. mrcal costs about 3 µs a pixel for iterative
+/// models, 0.1 µs for closed ones.
 /// @throws Error if the module is not installed, the file is no camera model, its size is not columns × rows, or the
 /// model cannot be unprojected
 LensRays load_lens_rays(const std::filesystem::path& cameramodel, int columns, int rows);

@@ -15,6 +15,9 @@ int scatmap_lens_columns(const scatmap_lens* lens);
 int scatmap_lens_rows(const scatmap_lens* lens);
 /// "LENSMODEL_OPENCV8" and the like.
 const char* scatmap_lens_name(const scatmap_lens* lens);
+/// Copies the model's intrinsics (focal lengths, centre, then the coefficients) if they are at most `room` numbers.
+/// @return how many there are
+size_t scatmap_lens_intrinsics(const scatmap_lens* lens, double* intrinsics, size_t room);
 /// Rays of `count` pixel positions (column, row each; integers are pixel centres): 3 numbers each, of any length,
 /// camera axes; NaN where the model has no answer. @return 0 if the model cannot be unprojected at all
 int scatmap_lens_unproject(const scatmap_lens* lens, const double* positions, size_t count, double* rays);

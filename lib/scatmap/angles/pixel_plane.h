@@ -83,7 +83,9 @@ struct SampleView {
   Vector3<double> to_source;
   double pixel_area_m2 = 0;
 
-  Vector3<double> pixel(double column, double row) const { return origin + column * column_step + row * row_step; }
+  /// The row's part first: along a row each coordinate then grows or falls without a step back, rounding included,
+  /// and every method finds the same columns above the horizon.
+  Vector3<double> pixel(double column, double row) const { return (origin + row * row_step) + column * column_step; }
 };
 
 /// @throws Error if the beam grazes or misses the sample surface, or the spot lies in the detector plane

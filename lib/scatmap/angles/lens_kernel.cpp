@@ -1,0 +1,91 @@
+#include "scatmap/angles/lens_kernel.h"
+
+#include <cmath>
+
+#include "scatmap/base/arctangent.h"
+
+namespace scatmap::kernel {
+namespace {
+
+struct Distorted {
+  double x, y;
+  double xx, xy, yx, yy;  // derivatives
+};
+
+SCATMAP_INLINE Distorted distort(const OpencvLens& l, double x, double y) {
+  const auto& k = l.k;
+  const double r2 = x * x + y * y;
+  const double top = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4])), bottom = 1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7]));
+  const double top_slope = k[0] + r2 * (2 * k[1] + r2 * 3 * k[4]),
+               bottom_slope = k[5] + r2 * (2 * k[6] + r2 * 3 * k[7]);
+  const double inverse = 1 / bottom, radial = top * inverse;
+  const double slope = 2 * (top_slope - radial * bottom_slope) * inverse;  // d(radial)/dx = slope x
+  const double prism_x = 2 * (k[8] + 2 * k[9] * r2), prism_y = 2 * (k[10] + 2 * k[11] * r2);
+  Distorted d;
+  d.x = x * radial + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x) + r2 * (k[8] + k[9] * r2);
+  d.y = y * radial + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y + r2 * (k[10] + k[11] * r2);
+  d.xx = radial + slope * x * x + 2 * k[2] * y + 6 * k[3] * x + prism_x * x;
+  d.xy = slope * x * y + 2 * k[2] * x + 2 * k[3] * y + prism_x * y;
+  d.yx = slope * x * y + 2 * k[2] * x + 2 * k[3] * y + prism_y * x;
+  d.yy = radial + slope * y * y + 6 * k[2] * y + 2 * k[3] * x + prism_y * y;
+  return d;
+}
+
+// The Jacobian's determinant, not positive where the image has folded back: there one of the eigenvalues is negative,
+// or both.
+SCATMAP_INLINE double unfolded(const Distorted& d) {
+  const double determinant = d.xx * d.yy - d.xy * d.yx;
+  return d.xx + d.yy > 0 ? determinant : -1;
+}
+
+constexpr int kSteps = 4;
+
+}  // namespace
+
+SCATMAP_CLONES void run_unproject(const OpencvLens& lens, double row, double first_column, std::size_t n,
+                                  double* __restrict x_out, double* __restrict y_out, double* __restrict determinant,
+                                  double* __restrict residual_px) {
+  const OpencvLens l = lens;  // a copy: the results cannot alias it
+  const double inverse_fx = 1 / l.fx, wanted_y = (row - l.cy) / l.fy;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double wanted_x = (first_column + static_cast<double>(static_cast<int>(i)) - l.cx) * inverse_fx;
+    double x = wanted_x, y = wanted_y;
+#pragma GCC unroll 4
+    for (int step = 0; step < kSteps; ++step) {
+      const Distorted d = distort(l, x, y);
+      const double ex = wanted_x - d.x, ey = wanted_y - d.y, inverse = 1 / (d.xx * d.yy - d.xy * d.yx);
+      x += (d.yy * ex - d.xy * ey) * inverse;
+      y += (d.xx * ey - d.yx * ex) * inverse;
+    }
+    const Distorted d = distort(l, x, y);
+    const double ex = (wanted_x - d.x) * l.fx, ey = (wanted_y - d.y) * l.fy;
+    x_out[i] = x;
+    y_out[i] = y;
+    determinant[i] = unfolded(d);
+    residual_px[i] = std::sqrt(ex * ex + ey * ey);
+  }
+}
+
+SCATMAP_CLONES void run_ray_angles(const double (&matrix)[9], std::size_t n, const double* __restrict x,
+                                   const double* __restrict y, double* __restrict theta, double* __restrict phi,
+                                   double* __restrict z) {
+  const double m0 = matrix[0], m1 = matrix[1], m2 = matrix[2], m3 = matrix[3], m4 = matrix[4], m5 = matrix[5],
+               m6 = matrix[6], m7 = matrix[7], m8 = matrix[8];
+  for (std::size_t i = 0; i < n; ++i) {
+    const double a = m0 * x[i] + m1 * y[i] + m2, b = m3 * x[i] + m4 * y[i] + m5, c = m6 * x[i] + m7 * y[i] + m8;
+    theta[i] = quadrant_arctangent<double>(std::sqrt(a * a + b * b), c).radians();
+    phi[i] = azimuth_from_minus_x<double>(a, b);
+    z[i] = c;
+  }
+}
+
+LensStep newton_step(const OpencvLens& l, double column, double row, double x, double y) {
+  const double wanted_x = (column - l.cx) / l.fx, wanted_y = (row - l.cy) / l.fy;
+  const Distorted d = distort(l, x, y);
+  const double ex = wanted_x - d.x, ey = wanted_y - d.y, inverse = 1 / (d.xx * d.yy - d.xy * d.yx);
+  const double nx = x + (d.yy * ex - d.xy * ey) * inverse, ny = y + (d.xx * ey - d.yx * ex) * inverse;
+  const Distorted at = distort(l, nx, ny);
+  return {nx, ny, unfolded(at), std::hypot((wanted_x - at.x) * l.fx, (wanted_y - at.y) * l.fy)};
+}
+
+}  // namespace scatmap::kernel

@@ -1,0 +1,14 @@
+#pragma once
+#include "scatmap/angles/angle_map.h"
+
+namespace scatmap {
+
+/// The `linear` method: both angles as linear functions of column and row about the frame's middle, the small-angle map
+/// that many laboratories use. Fills the maps that are not empty; solid angle and mask are the `single` method's.
+void write_linear_map(const SampleView& view, AngleMapOf<float>& map);
+
+/// Its error on this frame, rad: what the first degree leaves out (taylor_remainder_rad towards the farthest corner),
+/// and rounding. Infinite if the pole is nearer than about two half diagonals.
+double linear_bound_rad(const SampleView& view, int rows, int columns);
+
+}  // namespace scatmap

@@ -1,0 +1,128 @@
+#include "scatmap/angles/opencv_lens.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "scatmap/angles/lens_kernel.h"
+
+namespace scatmap {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kPart = 512;  // of a row, on the stack
+
+struct Part {
+  std::array<double, kPart> x, y, determinant, residual_px;
+};
+
+double allowed_px(const OpencvLens& lens, double column, double row) {
+  constexpr double kUnits = 4 * std::numeric_limits<double>::epsilon();
+  return std::max(kLensMaxError_px, kUnits * (std::abs(column - lens.cx) + std::abs(row - lens.cy)));
+}
+
+// Steps until the pixel is met; NaN if it never is, or only where the lens's image folds back.
+void finish(const OpencvLens& lens, double column, double row, std::size_t i, Part& part) {
+  const double allowed = allowed_px(lens, column, row);
+  double x = part.x[i], y = part.y[i], determinant = part.determinant[i], residual = part.residual_px[i];
+  constexpr int kMost = 30;
+  for (int step = 0; step < kMost && !(residual <= allowed) && std::isfinite(x) && std::isfinite(y); ++step) {
+    const kernel::LensStep next = kernel::newton_step(lens, column, row, x, y);
+    x = next.x;
+    y = next.y;
+    determinant = next.determinant;
+    residual = next.residual_px;
+  }
+  const bool found = residual <= allowed && determinant > 0;
+  part.x[i] = found ? x : kNaN;
+  part.y[i] = found ? y : kNaN;
+  part.determinant[i] = determinant;
+}
+
+void unproject_part(const OpencvLens& lens, int row, int first, std::size_t n, Part& part) {
+  kernel::run_unproject(lens, row, first, n, part.x.data(), part.y.data(), part.determinant.data(),
+                        part.residual_px.data());
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(part.residual_px[i] <= kLensMaxError_px && part.determinant[i] > 0))
+      finish(lens, first + static_cast<double>(i), row, i, part);
+  }
+}
+
+// A pixel's area on the plane z = 1, 1/(fx fy det), seen from the camera.
+double solid_angle(const OpencvLens& lens, const Part& part, std::size_t i) {
+  const double r2 = 1 + part.x[i] * part.x[i] + part.y[i] * part.y[i];
+  return 1 / (std::abs(lens.fx * lens.fy) * part.determinant[i] * r2 * std::sqrt(r2));
+}
+
+struct RayAngles {
+  std::array<double, kPart> theta, phi, z;
+};
+
+// Copies what is wanted; pixels without a ray or below the horizon get NaN.
+void write_part(const OpencvLens& lens, const Part& part, const RayAngles& a, std::size_t n, std::size_t at,
+                const AngleRow<double>& out) {
+  const auto place = static_cast<std::ptrdiff_t>(at);
+  if (!out.theta_s_rad.empty()) {
+    std::copy_n(a.theta.begin(), n, out.theta_s_rad.begin() + place);
+    std::copy_n(a.phi.begin(), n, out.phi_s_rad.begin() + place);
+  }
+  if (!out.mask.empty()) std::fill_n(out.mask.begin() + place, n, Mask{0});
+  if (!out.solid_angle_sr.empty()) {
+    for (std::size_t i = 0; i < n; ++i) out.solid_angle_sr[at + i] = solid_angle(lens, part, i);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (a.z[i] > 0) continue;  // no ray: z is NaN
+    for (const std::span<double> span : {out.theta_s_rad, out.phi_s_rad, out.solid_angle_sr}) {
+      if (!span.empty()) span[at + i] = kNaN;
+    }
+    if (!out.mask.empty()) out.mask[at + i] = std::isnan(a.z[i]) ? kNoData : kBelowHorizon;
+  }
+}
+
+template <class Work>
+void for_parts(ColumnRange columns, Work&& work) {
+  for (int first = columns.first; first < columns.last; first += static_cast<int>(kPart)) {
+    const std::size_t n = std::min(kPart, static_cast<std::size_t>(columns.last - first));
+    work(first, n, static_cast<std::size_t>(first - columns.first));
+  }
+}
+
+}  // namespace
+
+std::optional<OpencvLens> opencv_lens(std::string_view model, std::span<const double> intrinsics) {
+  const std::array<std::pair<std::string_view, std::size_t>, 4> kinds{
+      {{"LENSMODEL_OPENCV4", 4}, {"LENSMODEL_OPENCV5", 5}, {"LENSMODEL_OPENCV8", 8}, {"LENSMODEL_OPENCV12", 12}}};
+  for (const auto& [name, count] : kinds) {
+    if (model != name || intrinsics.size() != count + 4) continue;
+    OpencvLens lens{intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3], {}};
+    std::copy(intrinsics.begin() + 4, intrinsics.end(), lens.k.begin());
+    return lens;
+  }
+  return std::nullopt;
+}
+
+void unproject_row(const OpencvLens& lens, int row, ColumnRange columns, const LensRow& out) {
+  Part part;
+  for_parts(columns, [&](int first, std::size_t n, std::size_t at) {
+    unproject_part(lens, row, first, n, part);
+    std::copy_n(part.x.begin(), n, out.x.data() + at);
+    std::copy_n(part.y.begin(), n, out.y.data() + at);
+    if (out.solid_angle_sr.empty()) return;
+    for (std::size_t i = 0; i < n; ++i) out.solid_angle_sr[at + i] = solid_angle(lens, part, i);
+  });
+}
+
+void lens_angle_row(const OpencvLens& lens, const Matrix3<double>& m, int row, ColumnRange columns,
+                    const AngleRow<double>& out) {
+  const double matrix[9] = {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
+  Part part;
+  RayAngles angles;
+  for_parts(columns, [&](int first, std::size_t n, std::size_t at) {
+    unproject_part(lens, row, first, n, part);
+    kernel::run_ray_angles(matrix, n, part.x.data(), part.y.data(), angles.theta.data(), angles.phi.data(),
+                           angles.z.data());
+    write_part(lens, part, angles, n, at, out);
+  });
+}
+
+}  // namespace scatmap

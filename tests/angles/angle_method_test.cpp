@@ -1,0 +1,101 @@
+// Which method is chosen for a tolerance, and that the small pieces under the bounds hold: Taylor remainders and frame
+// extents against samples of the frame. Does not prove the methods' errors: tests/accuracy does.
+#include "scatmap/angles/angle_method.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "scatmap/angles/frame_extent.h"
+#include "scatmap/angles/taylor_bound.h"
+#include "tests/support/random_instrument.h"
+
+namespace scatmap {
+namespace {
+
+SampleView paper_view(double theta_deg) {
+  Instrument in;
+  in.columns = in.rows = 1024;
+  in.geometry.distance = 0.325;
+  in.geometry.pixel_column = in.geometry.pixel_row = 13e-6;
+  return sample_view(in, {theta_deg * kRadPerDeg, 2 * theta_deg * kRadPerDeg});
+}
+
+TEST(AngleMethod, TheFastestThatMeetsTheTolerance) {
+  const SampleView view = paper_view(20);
+  EXPECT_EQ(choose_angle_method(view, 1024, 1024, 1e4).method, AngleMethod::kLinear);
+  EXPECT_EQ(choose_angle_method(view, 1024, 1024, 0.01).method, AngleMethod::kTile);
+  EXPECT_EQ(choose_angle_method(view, 1024, 1024, 1e-4).method, AngleMethod::kVector);
+  EXPECT_EQ(choose_angle_method(view, 1024, 1024, 0).method, AngleMethod::kVector);
+  for (const double tolerance : {1e4, 1.0, 0.01, 0.003, 1e-4}) {
+    const AngleChoice choice = choose_angle_method(view, 1024, 1024, tolerance);
+    EXPECT_LE(choice.bound_px, tolerance * (1 + 1e-9));
+    EXPECT_GT(choice.bound_px, 0);
+  }
+}
+
+TEST(AngleMethod, SingleIsWithinThreeThousandthsOfAPixelOnThePapersBench) {
+  EXPECT_LE(with_method(AngleMethod::kSingle, paper_view(20), 1024, 1024, 0).bound_px, 0.003);
+}
+
+TEST(AngleMethod, NamesAndBack) {
+  for (const AngleMethod method : angle_methods()) EXPECT_EQ(angle_method(to_string(method)), method);
+  EXPECT_FALSE(angle_method("fast").has_value());
+}
+
+TEST(AngleMethod, NoLinearMapAboutThePole) {
+  const SampleView view = paper_view(0.1);
+  EXPECT_FALSE(std::isfinite(with_method(AngleMethod::kLinear, view, 1024, 1024, 1).bound_rad));
+}
+
+TEST(AngleMethod, FrameExtentHoldsEveryPixel) {
+  std::mt19937_64 rng(12);
+  for (int i = 0; i < 200; ++i) {
+    const auto bench = test::random_bench(rng, 1 + i % 4);
+    const int rows = bench.truth.rows, columns = bench.truth.columns;
+    SampleView view;
+    try {
+      view = sample_view(bench.instrument, bench.pose());
+    } catch (const std::exception&) {
+      continue;
+    }
+    const FrameExtent e = frame_extent(view, rows, columns);
+    for (int k = 0; k < 100; ++k) {
+      const int c = static_cast<int>(rng() % static_cast<unsigned>(columns)),
+                r = static_cast<int>(rng() % static_cast<unsigned>(rows));
+      const PixelAngles a = pixel_angles(view, c, r);
+      const Vector3<double> p = view.pixel(c, r);
+      EXPECT_GE(p.norm(), e.nearest_m * (1 - 1e-14));
+      if (a.mask != 0) continue;
+      EXPECT_GE(a.theta_s_rad, e.theta_min_rad - 1e-14);
+      EXPECT_LE(a.theta_s_rad, e.theta_max_rad + 1e-14);
+      EXPECT_LE(a.phi_s_rad, e.phi_max_rad + 1e-14);
+      EXPECT_GE(angle_between<double>(p, view.pixel(c + 0.7, r - 0.7)), e.pixel_step_rad * 0.95);
+      EXPECT_GE(angle_between<double>(p, view.pixel(c, r + 1)), e.pixel_step_rad * 0.999);
+    }
+  }
+}
+
+// theta and phi of points on a line against their Taylor polynomials of degree 0, the plainest there is to write here.
+TEST(AngleMethod, TaylorRemainderOfDegreeZeroBoundsTheChange) {
+  std::mt19937_64 rng(13);
+  const auto within = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(rng); };
+  int finite = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const Vector3<double> p(within(-1, 1), within(-1, 1), within(0.01, 1));
+    const Vector3<double> u =
+        Vector3<double>(within(-1, 1), within(-1, 1), within(-1, 1)) * std::pow(10, within(-4, -0.5));
+    const double rho = std::hypot(p.x(), p.y()), r = p.norm();
+    const double bound = taylor_remainder_rad({rho, rho, r, r, std::hypot(u.x(), u.y()), u.norm()}, 1, 0);
+    if (!std::isfinite(bound)) continue;
+    ++finite;
+    const Vector3<double> q = p + u;
+    const double d_phi = std::remainder(azimuth_from_minus_x(q) - azimuth_from_minus_x(p), 2 * std::numbers::pi);
+    const double change = std::hypot(polar_angle(q) - polar_angle(p), std::sin(polar_angle(q)) * d_phi);
+    EXPECT_LE(change, bound);
+  }
+  EXPECT_GT(finite, 1000);
+}
+
+}  // namespace
+}  // namespace scatmap
