@@ -1,3 +1,5 @@
+#include <signal.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <exception>
@@ -5,6 +7,7 @@
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/provenance.h"
+#include "tools/signals.h"
 #include "tools/verbs.h"
 
 namespace {
@@ -52,11 +55,20 @@ int run(int argc, char** argv) {
   return kDone;
 }
 
+// A result that did not reach its reader (a full disk behind >) is no success.
+int flushed(int status) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  std::fprintf(stderr, "scatmap: standard output: cannot be written\n");
+  return kBadData;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error like a full disk
   try {
-    return run(argc, argv);
+    scatmap::tools::clean_up_on_signals();
+    return flushed(run(argc, argv));
   } catch (const scatmap::Error& e) {
     std::fprintf(stderr, "scatmap: %s\n", e.what());
   } catch (const std::bad_alloc&) {

@@ -1,8 +1,11 @@
 #include "scatmap/base/output_folder.h"
 
-#include <unistd.h>
+#include <fcntl.h>
 
-#include <atomic>
+#include <cerrno>
+#include <climits>
+#include <cstdio>
+#include <cstring>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -19,17 +22,11 @@ fs::path without_trailing_slash(const fs::path& path) {
   return whole.has_filename() ? whole : whole.parent_path();
 }
 
-fs::path hidden_sibling(const fs::path& target) {
-  static std::atomic<unsigned> counter{0};
-  std::string name = ".";
-  name += target.filename().string() + ".scatmap-" + std::to_string(getpid()) + "-" + std::to_string(counter++);
-  return target.parent_path() / name;
-}
-
-void rename_or_throw(const fs::path& from, const fs::path& to, const fs::path& target) {
-  std::error_code failed;
-  fs::rename(from, to, failed);
-  if (failed) throw Error({target.string(), "cannot be written: " + failed.message(), {}, {}});
+fs::path parent_of(const fs::path& target) {
+  if (target.filename().native().size() > NAME_MAX) throw Error({target.string(), "has too long a name", {}, {}});
+  std::error_code ignored;
+  if (fs::is_directory(target.parent_path(), ignored)) return target.parent_path();
+  throw Error({target.string(), "its folder does not exist", {}, {}});
 }
 
 bool is_empty_folder(const fs::path& path) { return fs::is_directory(path) && fs::is_empty(path); }
@@ -39,18 +36,12 @@ bool is_empty_folder(const fs::path& path) { return fs::is_directory(path) && fs
 OutputFolder::OutputFolder(const fs::path& target, fs::path marker, Overwrite overwrite)
     : target_(without_trailing_slash(target)),
       marker_(std::move(marker)),
-      temporary_(hidden_sibling(target_)),
-      overwrite_(overwrite) {
-  refuse_existing();
+      overwrite_(overwrite),
+      folder_((refuse_existing(), parent_of(target_)), target_.string()),
+      temporary_(folder_.path() / "new") {
   std::error_code failed;
   fs::create_directory(temporary_, failed);
   if (failed) throw Error({target_.string(), "cannot be made: " + failed.message(), {}, {}});
-}
-
-OutputFolder::~OutputFolder() {
-  if (committed_) return;
-  std::error_code ignored;
-  fs::remove_all(temporary_, ignored);
 }
 
 void OutputFolder::refuse_existing() const {
@@ -72,20 +63,26 @@ void OutputFolder::refuse_existing() const {
 
 void OutputFolder::commit() {
   refuse_existing();
-  if (fs::exists(target_) && !is_empty_folder(target_)) {
-    const fs::path old = hidden_sibling(target_);
-    rename_or_throw(target_, old, target_);
-    std::error_code failed;
-    fs::rename(temporary_, target_, failed);
-    if (failed) {
-      rename_or_throw(old, target_, target_);
-      throw Error({target_.string(), "cannot be written: " + failed.message(), {}, {}});
-    }
-    fs::remove_all(old, failed);
-  } else {
-    rename_or_throw(temporary_, target_, target_);
+  if (!fs::exists(target_) || is_empty_folder(target_)) {
+    rename_whole(temporary_, target_, Overwrite::kKeep);
+    return;
   }
-  committed_ = true;
+  // The old folder then goes with the temporary one.
+  if (renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, target_.c_str(), RENAME_EXCHANGE) == 0) return;
+  if (errno != EINVAL && errno != ENOSYS) {
+    throw Error({target_.string(), std::string("cannot be written: ") + std::strerror(errno), {}, {}});
+  }
+  // File systems that cannot exchange: for a moment there is no folder under the name.
+  const fs::path old = target_.parent_path() / ("." + target_.filename().string() + ".scatmap-replaced");
+  rename_whole(target_, old, Overwrite::kForce);
+  try {
+    rename_whole(temporary_, target_, Overwrite::kForce);
+  } catch (const Error&) {
+    rename_whole(old, target_, Overwrite::kForce);
+    throw;
+  }
+  std::error_code ignored;
+  fs::remove_all(old, ignored);
 }
 
 }  // namespace scatmap

@@ -5,15 +5,15 @@
 
 namespace scatmap {
 
-/// A folder that appears whole or not at all: filled under a temporary name beside its target, then renamed. Dropped
-/// without commit() it leaves nothing behind and what was there intact.
+/// A folder that appears whole or not at all: filled in a TemporaryFolder beside its target, then renamed; one that it
+/// replaces changes places with it in one step. Dropped without commit() it leaves nothing behind and what was there
+/// intact; a killed process does too, but for a leftover that the next output in the same place removes.
 class OutputFolder {
  public:
   /// `marker`: a file, relative to the folder, that every folder of this kind holds.
   /// @throws Error if the target exists, is not empty and Overwrite is kKeep; if it is no folder; if kForce would
   /// replace a folder without the marker (somebody's data); if its parent does not exist
   OutputFolder(const std::filesystem::path& target, std::filesystem::path marker, Overwrite overwrite);
-  ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
@@ -28,9 +28,9 @@ class OutputFolder {
 
   std::filesystem::path target_;
   std::filesystem::path marker_;
-  std::filesystem::path temporary_;
   Overwrite overwrite_;
-  bool committed_ = false;
+  TemporaryFolder folder_;
+  std::filesystem::path temporary_;
 };
 
 }  // namespace scatmap

@@ -1,6 +1,7 @@
 #include "scatmap/report/gnuplot.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -15,33 +16,13 @@
 #include <system_error>
 
 #include "scatmap/base/error.h"
+#include "scatmap/base/temporary_folder.h"
 
 namespace scatmap {
 namespace fs = std::filesystem;
 namespace {
 
 bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
-
-class PrivateFolder {
- public:
-  PrivateFolder() {
-    std::string name = (fs::temp_directory_path() / "scatmap-plot-XXXXXX").string();
-    if (!mkdtemp(name.data())) {
-      throw Error({name, std::string("cannot make a temporary folder: ") + std::strerror(errno), {}, {}});
-    }
-    path_ = name;
-  }
-  ~PrivateFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  PrivateFolder(const PrivateFolder&) = delete;
-  PrivateFolder& operator=(const PrivateFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 fs::path find_gnuplot() {
   const char* folders = std::getenv("PATH");
@@ -65,7 +46,15 @@ int run(const fs::path& program, const fs::path& folder, const std::string& scri
   std::string name = "gnuplot", defaults = "-d", file = script;
   char* const arguments[] = {name.data(), defaults.data(), file.data(), nullptr};
   pid_t child = 0;
-  const int failed = posix_spawn(&child, program.c_str(), &actions, nullptr, arguments, environ);
+  // scatmap may have signals blocked to end in order; gnuplot must hear them.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t none;
+  sigemptyset(&none);
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+  const int failed = posix_spawn(&child, program.c_str(), &actions, &attributes, arguments, environ);
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   if (failed != 0) throw Error({program.string(), std::string("cannot be started: ") + std::strerror(failed), {}, {}});
   int status = 0;
@@ -146,7 +135,7 @@ void write_picture(const Plot& plot, const fs::path& target, const PictureOption
   }
 
   const fs::path program = find_gnuplot();
-  const PrivateFolder folder;
+  const TemporaryFolder folder(fs::temp_directory_path(), target.string());
   write_text_file(folder.path() / data_name, plot.data, Overwrite::kKeep);
   write_text_file(folder.path() / "script", script, Overwrite::kKeep);
   const fs::path messages = folder.path() / "messages";

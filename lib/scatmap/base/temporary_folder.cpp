@@ -1,0 +1,136 @@
+#include "scatmap/base/temporary_folder.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <mutex>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "scatmap/base/error.h"
+
+namespace scatmap {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kPrefix = ".scatmap-tmp-";
+
+// What this process has open, for abandon_temporary_folders(); never destroyed, for a signal may come after main.
+struct Registry {
+  std::mutex mutex;
+  std::set<fs::path> folders;
+  std::set<fs::path> swept;  // places whose leftovers were removed
+};
+
+Registry& registry() {
+  static Registry& all = *new Registry;
+  return all;
+}
+
+class Descriptor {
+ public:
+  explicit Descriptor(const fs::path& folder)
+      : fd_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)) {}
+  ~Descriptor() {
+    if (fd_ >= 0) close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return fd_; }
+  int release() { return std::exchange(fd_, -1); }
+
+ private:
+  int fd_;
+};
+
+// A lock counts only while the name still leads to what is locked, and what other users left is theirs.
+bool is_ours(int fd, const fs::path& path) {
+  struct stat by_fd {
+  }, by_name{};
+  return fstat(fd, &by_fd) == 0 && lstat(path.c_str(), &by_name) == 0 && by_fd.st_ino == by_name.st_ino &&
+         by_fd.st_dev == by_name.st_dev && by_fd.st_uid == geteuid();
+}
+
+void remove_if_abandoned(const fs::path& folder) {
+  const Descriptor fd(folder);
+  if (fd.get() < 0 || flock(fd.get(), LOCK_EX | LOCK_NB) != 0 || !is_ours(fd.get(), folder)) return;
+  std::error_code ignored;
+  fs::remove_all(folder, ignored);
+}
+
+void sweep(const fs::path& parent) {
+  std::error_code failed;
+  std::set<fs::path> found;
+  for (fs::directory_iterator i(parent, failed), end; !failed && i != end; i.increment(failed)) {
+    if (i->path().filename().native().starts_with(kPrefix)) found.insert(i->path());
+  }
+  for (const fs::path& folder : found) remove_if_abandoned(folder);
+}
+
+[[noreturn]] void fail(const std::string& target, int reason) {
+  const bool not_allowed = reason == EACCES || reason == EPERM || reason == EROFS;
+  throw Error({target,
+               std::string(not_allowed ? "its folder cannot be written to" : "cannot be written") + ": " +
+                   std::strerror(reason),
+               {},
+               {}});
+}
+
+}  // namespace
+
+TemporaryFolder::TemporaryFolder(const fs::path& parent, const std::string& target) {
+  Registry& all = registry();
+  std::unique_lock lock(all.mutex);
+  if (all.swept.insert(parent).second) {
+    lock.unlock();
+    sweep(parent);
+    lock.lock();
+  }
+  // Another process may take the folder for a leftover before it is locked: then a new one is made.
+  constexpr int kAttempts = 100;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    std::string name = (parent / (std::string(kPrefix) + "XXXXXX")).string();
+    if (mkdtemp(name.data()) == nullptr) fail(target, errno);
+    Descriptor fd(name);
+    if (const int reason = errno; fd.get() < 0 && reason != ENOENT) {
+      rmdir(name.c_str());
+      fail(target, reason);
+    }
+    const bool taken = fd.get() < 0 || (flock(fd.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK);
+    std::error_code ignored;
+    if (taken || !fs::exists(name, ignored)) continue;
+    path_ = name;
+    lock_ = fd.release();
+    all.folders.insert(path_);
+    return;
+  }
+  fail(target, EBUSY);
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+  Registry& all = registry();
+  const std::lock_guard lock(all.mutex);
+  all.folders.erase(path_);
+  close(lock_);
+}
+
+void abandon_temporary_folders() noexcept {
+  Registry& all = registry();
+  all.mutex.lock();  // for good
+  for (const fs::path& folder : all.folders) {
+    // Under another name first: what other threads still write has nowhere to go.
+    const fs::path gone = folder.string() + "-gone";
+    std::error_code ignored;
+    fs::rename(folder, gone, ignored);
+    fs::remove_all(gone, ignored);
+  }
+}
+
+}  // namespace scatmap

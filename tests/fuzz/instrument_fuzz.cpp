@@ -1,0 +1,7 @@
+// instrument.toml.
+#include "fuzz/input_file.h"
+#include "scatmap/angles/instrument.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return fuzz::run_text(data, size, [](const std::string& text) { scatmap::parse_instrument(text, "i.toml"); });
+}

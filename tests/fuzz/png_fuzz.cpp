@@ -1,0 +1,9 @@
+// Raw frames in PNG.
+#include "fuzz/input_file.h"
+#include "scatmap/frame/frame.h"
+#include "scatmap/frame/read_png.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return fuzz::run_file("frame.png", data, size, [](const auto& path) { scatmap::read_png(path); }) +
+         fuzz::run_file("any", data, size, [](const auto& path) { scatmap::read_frame(path); });
+}
