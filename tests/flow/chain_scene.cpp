@@ -51,14 +51,17 @@ Setting setting(ChainCase which) {
     case ChainCase::kThreeExposures:
       return {{{2.5, kSignature}}, {{10, kSignature}, paper, weak}, 1e-3, 5e-3, kBroadSensor, kBroadTerms};
     case ChainCase::kPaperSameStack:
-      return {
-          {{0.4, kSignature}}, {{4.5, kSignature}, {0.05, {"nd30", "nd03"}}, {0.1, {"nd20"}}}, 5e-4, 5e-4, kPaperSensor,
-          kPaperTerms};
+      return {{{0.4, kSignature}},
+              {{13.5, kSignature}, {0.15, {"nd30", "nd03"}}, {0.1, {"nd20"}}},
+              5e-4,
+              5e-4,
+              kPaperSensor,
+              kPaperTerms};
     case ChainCase::kPaperSignatures:
       break;
   }
   return {{{0.4, kSignature}, {0.035, {"nd40", "nd10"}}, {0.045, {"nd40", "nd06", "nd03b", "nd017"}}},
-          {{0.2, {"nd40"}}, {0.05, {"nd30", "nd03"}}, {0.1, {"nd20"}}},
+          {{0.6, {"nd40"}}, {0.15, {"nd30", "nd03"}}, {0.1, {"nd20"}}},
           5e-4,
           5e-4,  // small, so that the filters' part is seen
           kPaperSensor,
