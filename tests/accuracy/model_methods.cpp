@@ -156,17 +156,20 @@ void compare_with_truth(const FrameCase& f, int frame, const std::vector<double>
   }
 }
 
-// Two Gauss points in each of 32 by 32 parts.
+// Four by four Gauss points in each of 16 by 16 parts.
 Long mean_of_truth(const FrameCase& f, Long column, Long row) {
-  constexpr int kParts = 32;
-  const Long gauss = 0.5L / std::sqrt(3.0L);
-  const auto position = [&](int i) { return (i / 2 + 0.5L + (i % 2 == 0 ? -gauss : gauss)) / kParts - 0.5L; };
+  constexpr int kParts = 16;
+  constexpr Long kAt[] = {-0.430568155797026287612L, -0.169990521792428132401L, 0.169990521792428132401L,
+                          0.430568155797026287612L};
+  constexpr Long kWeight[] = {0.173927422568726928687L, 0.326072577431273071313L, 0.326072577431273071313L,
+                              0.173927422568726928687L};
+  const auto position = [&](int i) { return (i / 4 + 0.5L + kAt[i % 4]) / kParts - 0.5L; };
   Long sum = 0;
-  for (int i = 0; i < 2 * kParts; ++i) {
-    for (int j = 0; j < 2 * kParts; ++j)
-      sum += truth_at(f.model, direction(f, column + position(j), row + position(i)));
+  for (int i = 0; i < 4 * kParts; ++i) {
+    for (int j = 0; j < 4 * kParts; ++j)
+      sum += kWeight[i % 4] * kWeight[j % 4] * truth_at(f.model, direction(f, column + position(j), row + position(i)));
   }
-  return sum / (4.0L * kParts * kParts);
+  return sum / (static_cast<Long>(kParts) * kParts);
 }
 
 }  // namespace
