@@ -75,16 +75,17 @@ void aim_lobe(FrameCase& f, double m, Random& r) {
            std::atan2(n.y(), n.x()) * kDegPerRad - f.model.truth.phi_ref_deg);
 }
 
-FrameCase adversarial_frame(Random& r) {
+FrameCase adversarial_frame(Random& r, double narrowest_px) {
   FrameCase f = random_frame(r);
   const double pixel = f.plane.column_step.norm();
   const int terms = std::uniform_int_distribution<int>(1, 4)(r);
   for (int i = 0; i < terms; ++i) {
     const double kind = uniform(r, 0, 5);
     if (kind < 2) {
-      aim_lobe(f, pixel * log_uniform(r, 0.05, 300), r);  // from far narrower than a pixel to wider than the frame
+      aim_lobe(f, pixel * log_uniform(r, narrowest_px, 300), r);  // to wider than the frame
     } else if (kind < 3) {
-      add_lobe(f.model, log_uniform(r, 1e-4, 1), log_uniform(r, 1e-4, 3), {uniform(r, 0.6, 4), 0});
+      add_lobe(f.model, log_uniform(r, 1e-4, 1), log_uniform(r, std::max(1e-4, narrowest_px * pixel), 3),
+               {uniform(r, 0.6, 4), 0});
     } else if (kind < 4) {
       // From fringes narrower than a pixel to ones wider than the frame.
       const double a_um = 0.6328 / (pixel * log_uniform(r, 0.3, 1000));
@@ -131,15 +132,19 @@ double part_of(double allowed, double value, double expected, double peak) {
   return std::isnan(error) ? HUGE_VAL : error;
 }
 
+Vector3<Long> direction(const FrameCase& f, Long column, Long row) {
+  const Vector3<Long> ray =
+      f.plane.origin.cast<Long>() + column * f.plane.column_step.cast<Long>() + row * f.plane.row_step.cast<Long>();
+  return ray / ray.norm();
+}
+
 void compare_with_truth(const FrameCase& f, int frame, const std::vector<double>& culled, double tolerance,
                         double allowed, double peak, Random& random, CullingErrors& out) {
   for (int k = 0; k < 20; ++k) {
     const auto i = std::uniform_int_distribution<std::size_t>(0, culled.size() - 1)(random);
     const auto column = static_cast<Long>(i % static_cast<std::size_t>(f.columns));
     const auto row = static_cast<Long>(i / static_cast<std::size_t>(f.columns));
-    const Vector3<Long> ray =
-        f.plane.origin.cast<Long>() + column * f.plane.column_step.cast<Long>() + row * f.plane.row_step.cast<Long>();
-    const Vector3<Long> ws = ray / ray.norm();
+    const Vector3<Long> ws = direction(f, column, row);
     if (!has_truth(f, ws)) continue;
     ++out.truths;
     const auto expected = static_cast<double>(truth_at(f.model, ws));
@@ -149,6 +154,22 @@ void compare_with_truth(const FrameCase& f, int frame, const std::vector<double>
       out.where_truth = place(f, frame, i, expected, culled[i], tolerance);
     }
   }
+}
+
+// Four by four Gauss points in each of 16 by 16 parts.
+Long mean_of_truth(const FrameCase& f, Long column, Long row) {
+  constexpr int kParts = 16;
+  constexpr Long kAt[] = {-0.430568155797026287612L, -0.169990521792428132401L, 0.169990521792428132401L,
+                          0.430568155797026287612L};
+  constexpr Long kWeight[] = {0.173927422568726928687L, 0.326072577431273071313L, 0.326072577431273071313L,
+                              0.173927422568726928687L};
+  const auto position = [&](int i) { return (i / 4 + 0.5L + kAt[i % 4]) / kParts - 0.5L; };
+  Long sum = 0;
+  for (int i = 0; i < 4 * kParts; ++i) {
+    for (int j = 0; j < 4 * kParts; ++j)
+      sum += kWeight[i % 4] * kWeight[j % 4] * truth_at(f.model, direction(f, column + position(j), row + position(i)));
+  }
+  return sum / (static_cast<Long>(kParts) * kParts);
 }
 
 }  // namespace
@@ -176,7 +197,7 @@ CullingErrors measure_culling(int frames, unsigned long seed) {
   Random random(seed);
   CullingErrors out;
   for (int k = 0; k < frames; ++k) {
-    const FrameCase f = adversarial_frame(random);
+    const FrameCase f = adversarial_frame(random, 0.05);
     const double tolerance = log_uniform(random, 1e-11, 1e-2);
     const std::vector<double> vector = filled(f, {ModelMethod::kVector});
     const std::vector<double> culled = filled(f, {ModelMethod::kCulled, tolerance});
@@ -194,6 +215,36 @@ CullingErrors measure_culling(int frames, unsigned long seed) {
       }
     }
     compare_with_truth(f, k, culled, tolerance, allowed + kVectorModelError, peak, random, out);
+  }
+  return out;
+}
+
+MethodErrors measure_averages(int frames, unsigned long seed) {
+  Random random(seed);
+  MethodErrors out;
+  for (int k = 0; k < frames; ++k) {
+    const FrameCase f = adversarial_frame(random, 0.3);
+    const double tolerance = log_uniform(random, 1e-8, 1e-2);
+    const std::vector<double> points = filled(f, {ModelMethod::kVector});
+    const std::vector<double> means = filled(f, {ModelMethod::kCulled, tolerance, true});
+    double peak = 0;
+    for (const double v : points) peak = std::isnan(v) ? peak : std::max(peak, v);
+    const double allowed =
+        tolerance + kVectorModelError + 2 * model_rounding_error(f.model.model, f.model.wi, kDistance_mm * kMetrePerMm);
+    for (int j = 0; j < 4; ++j) {
+      const auto i = std::uniform_int_distribution<std::size_t>(0, means.size() - 1)(random);
+      const auto column = static_cast<Long>(i % static_cast<std::size_t>(f.columns));
+      const auto row = static_cast<Long>(i / static_cast<std::size_t>(f.columns));
+      // Eight pixels from the horizon nothing is promised.
+      if (!has_truth(f, direction(f, column, row)) || !(direction(f, column, row).z() > 0.05L)) continue;
+      ++out.samples;
+      const auto expected = static_cast<double>(mean_of_truth(f, column, row));
+      const double part = part_of(allowed, means[i], expected, peak);
+      if (part > out.largest_of_allowed) {
+        out.largest_of_allowed = part;
+        out.where = place(f, k, i, expected, means[i], tolerance);
+      }
+    }
   }
   return out;
 }

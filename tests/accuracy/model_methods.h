@@ -32,4 +32,8 @@ struct CullingErrors {
 };
 CullingErrors measure_culling(int frames, unsigned long seed);
 
+/// Pixel averages on such frames, with features no narrower than a third of a pixel, against long double quadrature of
+/// 64 × 64 points in each of some pixels: the largest part of the tolerance used.
+MethodErrors measure_averages(int frames, unsigned long seed);
+
 }  // namespace scatmap::accuracy

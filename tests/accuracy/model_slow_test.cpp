@@ -36,5 +36,12 @@ TEST(CulledModelSlow, KeepsItsToleranceOnAdversarialFrames) {
               e.where_truth.c_str());
 }
 
+TEST(PixelAveragesSlow, KeepTheirToleranceOnAdversarialFrames) {
+  const MethodErrors e = measure_averages(600, 20260806);
+  EXPECT_LE(e.largest_of_allowed, 1) << e.where;
+  EXPECT_GT(e.samples, 600);
+  std::printf("%ld means, largest %.3f of what is allowed: %s\n", e.samples, e.largest_of_allowed, e.where.c_str());
+}
+
 }  // namespace
 }  // namespace scatmap::accuracy

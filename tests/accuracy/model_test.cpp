@@ -38,5 +38,12 @@ TEST(CulledModel, KeepsItsToleranceOnAdversarialFrames) {
               e.where_truth.c_str());
 }
 
+TEST(PixelAverages, KeepTheirToleranceOnAdversarialFrames) {
+  const MethodErrors e = measure_averages(20, 20260805);
+  EXPECT_LE(e.largest_of_allowed, 1) << e.where;
+  EXPECT_GT(e.samples, 40);
+  std::printf("%ld means, largest %.3f of what is allowed: %s\n", e.samples, e.largest_of_allowed, e.where.c_str());
+}
+
 }  // namespace
 }  // namespace scatmap::accuracy

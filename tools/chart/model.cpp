@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <string>
 
 #include "data-synthetic/truth_model.h"
@@ -84,15 +86,18 @@ class Reference {
 
 // The pixels that are compared: all over the frame, and twenty times as dense in its brightest fiftieth.
 std::vector<std::size_t> compared_pixels(const std::vector<double>& values, std::size_t step) {
-  std::vector<std::size_t> out;
-  for (std::size_t i = 0; i < values.size(); i += step) out.push_back(i);
-  std::vector<double> sorted = values;
+  std::vector<double> sorted;
+  std::copy_if(values.begin(), values.end(), std::back_inserter(sorted), [](double v) { return !std::isnan(v); });
+  if (sorted.empty()) return {};
   const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 50);
   std::nth_element(sorted.begin(), at, sorted.end(), std::greater<>());
   const double bright = *at;
+  const std::size_t dense = std::max<std::size_t>(1, step / 20);
+  std::vector<std::size_t> out;
   std::size_t seen = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (values[i] >= bright && seen++ % std::max<std::size_t>(1, step / 20) == 0) out.push_back(i);
+    if (std::isnan(values[i])) continue;
+    if (i % step == 0 || (values[i] >= bright && seen++ % dense == 0)) out.push_back(i);
   }
   return out;
 }
@@ -118,7 +123,6 @@ class ModelChart {
     for (const double v : values_) out.peak = std::isnan(v) ? out.peak : std::max(out.peak, v);
     constexpr int kParts = 6;
     for (const std::size_t i : compared_pixels(values_, means ? 100 * kErrorStep : kErrorStep)) {
-      if (std::isnan(values_[i])) continue;
       out.pixels.push_back(i);
       const int row = row_of(i), column = column_of(i);
       out.truth.push_back(
@@ -199,6 +203,7 @@ class ModelChart {
   }
 
   void add_errors(ChartRow& row, const Sample& sample) const {
+    if (sample.pixels.empty()) return;  // no pixel of the scene is above the horizon
     ErrorSample errors;
     for (std::size_t k = 0; k < sample.pixels.size(); ++k) {
       const std::size_t i = sample.pixels[k];
