@@ -11,6 +11,7 @@
 #include "calib/selection.h"
 #include "calib/start.h"
 #include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
 
 namespace scatmap::calib {
 namespace {
@@ -125,6 +126,27 @@ class Run {
   int iterations_ = 0;
 };
 
+// Centroids in millimetres, angles in radians: such targets may fit a bench, but none like the nominal one.
+void require_same_bench(const TargetList& list, const Instrument& nominal, const Instrument& fitted) {
+  constexpr double kMostRatio = 3;
+  const double ratio = fitted.geometry.distance / nominal.geometry.distance;
+  if (ratio < kMostRatio && ratio > 1 / kMostRatio) return;
+  throw Error({list.name, "fits only a bench that does not resemble the nominal one: check the units of its columns",
+               "detector.distance_mm = " + number_text(fitted.geometry.distance * 1e3),
+               "about " + number_text(nominal.geometry.distance * 1e3)});
+}
+
+// Beyond this the residuals are no noise of any stated size, and no uncertainty made from them means anything.
+void require_agreement(const TargetList& list, const ChiSquare& total) {
+  constexpr double kMostRatio = 10;
+  const double ratio = total.degrees > 0 ? std::sqrt(total.value / total.degrees) : 0;
+  if (ratio < kMostRatio) return;
+  throw Error(
+      {list.name, "does not agree with itself or with any bench",
+       "residuals " + number_text(std::round(ratio)) + " times as large as sigma_px and the encoder sigmas allow",
+       "targets that do not contradict each other, and sigmas that are not ten times too small"});
+}
+
 }  // namespace
 
 CalibrationResult calibrate(const TargetList& list, const Instrument& nominal, const CalibrateOptions& options) {
@@ -151,7 +173,10 @@ CalibrationResult calibrate(const TargetList& list, const Instrument& nominal, c
   }
   if (best == nullptr) throw *first_problem;
   best->choose();
-  return best->result(findings);
+  CalibrationResult result = best->result(findings);
+  require_same_bench(list, nominal, result.instrument);
+  require_agreement(list, result.chi2.front());
+  return result;
 }
 
 }  // namespace scatmap::calib

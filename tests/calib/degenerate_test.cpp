@@ -239,5 +239,27 @@ TEST(Degenerate, NonsenseEndsInAnErrorOrInNumbers) {
   std::printf("%d of 200 refused\n", refused);
 }
 
+// Two halves that contradict each other, and centroids that somebody wrote down in thousands of pixels.
+TEST(Degenerate, ContradictionsAndWrongUnitsAreRefused) {
+  const Noise noise{0.05, 0.0005};
+  const Instrument nominal = nominal_instrument(noise);
+  std::mt19937_64 rng(402);
+  Lab lab = drawn_lab(rng, noise, 0, ParameterTable(nominal, {"", {""}, {}}, {}));
+  lab.commands = full_plan();
+  const TargetList list = observe(lab, rng);
+  TargetList halves = list, thousandths = list;
+  for (Target t : list.targets) {
+    t.column_px += 40;
+    halves.targets.push_back(t);
+  }
+  for (Target& t : thousandths.targets) {
+    t.column_px *= 1e-3;
+    t.row_px *= 1e-3;
+  }
+  EXPECT_NO_THROW(calibrate(list, nominal));
+  EXPECT_THROW(calibrate(halves, nominal), Error);
+  EXPECT_THROW(calibrate(thousandths, nominal), Error);
+}
+
 }  // namespace
 }  // namespace scatmap::calib::test
