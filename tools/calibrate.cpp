@@ -99,7 +99,7 @@ nlohmann::json bootstrap_json(const calib::Bootstrap& b, const calib::Calibratio
   for (const calib::DirectionSigma& d : b.directions) {
     out["directions"].push_back({{"where", d.point.where},
                                  {"stage_deg", d.point.pose.stage_rad * kDegPerRad},
-                                 {"sigma_rad", d.rad},
+                                 {"sigma_mrad", d.rad * 1e3},
                                  {"sigma_column_px", d.column_px},
                                  {"sigma_row_px", d.row_px}});
   }

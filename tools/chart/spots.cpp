@@ -173,13 +173,13 @@ std::vector<Chart> chart_spots(const ChartSettings& settings) {
   Chart chart{"spots",
               "Centroids of spots: error over what the light allows",
               "spot",
-              "rms centroid error over the Cramér-Rao bound",
+              "centroid error (rms) over the Cramér-Rao bound",
               "",
               "the simulated centre, 400 frames of 48 x 48 pixels",
               {},
               {},
               {{"Cramér-Rao bound", 1}}};
-  for (const double flux_e : {1e3, 1e4, 1e5, 1e6, 1e7}) {
+  for (const double flux_e : {1e3, 1e4, 1e6, 1e7, 1e5}) {  // the picture shows the last
     std::mt19937_64 rng(17);
     std::vector<Shot> shots;
     for (int i = 0; i < kFrames; ++i) shots.push_back(shot_of(flux_e, rng));

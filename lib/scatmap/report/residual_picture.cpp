@@ -62,6 +62,26 @@ std::string block(const std::vector<SpotResidual>& spots, const Kind& kind, doub
   return out;
 }
 
+struct Curves {
+  std::string data, commands;
+};
+
+Curves curves(const std::vector<SpotResidual>& spots, double scale, double longest) {
+  Curves out;
+  int index = 0;
+  for (const Kind& kind : kKinds) {
+    const std::string lines = block(spots, kind, scale, longest);
+    if (lines.empty()) continue;
+    out.data += lines + "\n\n";
+    const std::string from = "data index " + text(index++), colour = std::string(" lc rgb '") + kind.colour + "'";
+    out.commands += (out.commands.empty() ? "" : ", ") + from +
+                    " using 1:2:3:4 with vectors head size screen 0.006,20 filled lw 1.3" + colour + " notitle, " +
+                    from + " using 1:2 with points " + (kind.left_out ? "pt 2 ps 1.2 lw 2" : "pt 7 ps 0.5") + colour +
+                    " title '" + kind.name + "'";
+  }
+  return out;
+}
+
 std::string labels(const std::vector<SpotResidual>& spots) {
   const auto count = std::count_if(spots.begin(), spots.end(), [](const SpotResidual& s) { return s.left_out; });
   if (static_cast<std::size_t>(count) > kMostLabels) return {};
@@ -80,7 +100,7 @@ std::string labels(const std::vector<SpotResidual>& spots) {
 std::string scale_arrow(double residual_px, double scale, double width_px, const std::string& legend) {
   const double drawn_share = residual_px * scale / width_px;
   std::string out = "set arrow from graph " + text(0.98 - drawn_share) + ", screen " + legend +
-                    " to graph 0.98, screen " + legend + "" +
+                    " to graph 0.98, screen " + legend +
                     " lw 2 lc rgb '#404040' head size screen 0.008,20 filled front\n";
   return out + "set label " +
          gnuplot_text(text(residual_px) + " px of residual; arrows are " + text(scale) +
@@ -119,19 +139,9 @@ void draw_spot_residuals(const std::vector<SpotResidual>& spots, int columns, in
        " left center horizontal Left reverse "
        "samplen 1.5 maxrows 1\n";
   s += labels(spots) + scale_arrow(round_down(typical), scale, columns + 2 * margin, legend);
-  std::string curves;
-  int index = 0;
-  for (const Kind& kind : kKinds) {
-    const std::string lines = block(spots, kind, scale, 3 * longest);
-    if (lines.empty()) continue;
-    plot.data += lines + "\n\n";
-    const std::string from = (curves.empty() ? "data index " : ", data index ") + text(index++);
-    const std::string colour = std::string(" lc rgb '") + kind.colour + "'";
-    curves += from + " using 1:2:3:4 with vectors head size screen 0.006,20 filled lw 1.3" + colour + " notitle, " +
-              from.substr(from.find("data")) + " using 1:2 with points " +
-              (kind.left_out ? "pt 2 ps 1.2 lw 2" : "pt 7 ps 0.5") + colour + " title '" + kind.name + "'";
-  }
-  s += "plot " + curves + "\n";
+  const Curves drawn = curves(spots, scale, 3 * longest);
+  plot.data = drawn.data;
+  s += "plot " + drawn.commands + "\n";
   write_picture(plot, target, options);
 }
 
