@@ -3,6 +3,7 @@
 #include <array>
 
 #include "tools/chart/angles.h"
+#include "tools/chart/brdf.h"
 #include "tools/chart/calibrate.h"
 #include "tools/chart/model.h"
 #include "tools/chart/spots.h"
@@ -12,8 +13,12 @@ namespace scatmap::tools {
 
 std::span<const ChartJob> chart_jobs() {
   static constexpr std::array kJobs{
-      ChartJob{"angles", chart_angles}, ChartJob{"uncertainty", chart_uncertainty}, ChartJob{"model", chart_model},
-      ChartJob{"spots", chart_spots},   ChartJob{"calibrate", chart_calibrate},
+      ChartJob{"angles", chart_angles},
+      ChartJob{"model", chart_model},
+      ChartJob{"brdf", chart_brdf},
+      ChartJob{"uncertainty", chart_uncertainty},
+      ChartJob{"spots", chart_spots},
+      ChartJob{"calibrate", chart_calibrate},
   };
   return kJobs;
 }

@@ -14,7 +14,8 @@ std::string version() { return SCATMAP_VERSION; }
 
 namespace {
 
-// Bytes of the well-formed UTF-8 sequence at i, 0 if there is none (RFC 3629; overlong forms and surrogates are ill-formed).
+// Bytes of the well-formed UTF-8 sequence at i, 0 if there is none (RFC 3629; overlong forms and surrogates are
+// ill-formed).
 std::size_t sequence_length(const std::string& s, std::size_t i) {
   const auto byte = [&](std::size_t k) { return k < s.size() ? static_cast<unsigned char>(s[k]) : 0u; };
   const auto follows = [&](std::size_t k, unsigned low, unsigned high) { return byte(k) >= low && byte(k) <= high; };
@@ -44,18 +45,20 @@ std::string utf8_text(const std::string& bytes) {
   return out;
 }
 
-InputRecord record_input(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw Error({path.string(), "cannot be read", {}, {}});
+struct InputHash::State {
   sha256_ctx context;
-  sha256_init(&context);
-  std::vector<char> block(std::size_t{1} << 20);
-  while (stream.read(block.data(), static_cast<std::streamsize>(block.size())) || stream.gcount() > 0) {
-    sha256_update(&context, static_cast<std::size_t>(stream.gcount()),
-                  reinterpret_cast<const std::uint8_t*>(block.data()));
-  }
+};
+
+InputHash::InputHash() : state_(std::make_unique<State>()) { sha256_init(&state_->context); }
+InputHash::~InputHash() = default;
+
+void InputHash::add(std::span<const unsigned char> bytes) {
+  sha256_update(&state_->context, bytes.size(), bytes.data());
+}
+
+InputRecord InputHash::record(const std::filesystem::path& path) {
   std::array<std::uint8_t, SHA256_DIGEST_SIZE> digest{};
-  sha256_digest(&context, digest.size(), digest.data());
+  sha256_digest(&state_->context, digest.size(), digest.data());
   std::string hex;
   for (const std::uint8_t byte : digest) {
     constexpr const char* kDigits = "0123456789abcdef";
@@ -63,6 +66,17 @@ InputRecord record_input(const std::filesystem::path& path) {
     hex += kDigits[byte & 15];
   }
   return {utf8_text(path.string()), hex};
+}
+
+InputRecord record_input(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw Error({path.string(), "cannot be read", {}, {}});
+  InputHash hash;
+  std::vector<char> block(std::size_t{1} << 20);
+  while (stream.read(block.data(), static_cast<std::streamsize>(block.size())) || stream.gcount() > 0) {
+    hash.add({reinterpret_cast<const unsigned char*>(block.data()), static_cast<std::size_t>(stream.gcount())});
+  }
+  return hash.record(path);
 }
 
 }  // namespace scatmap

@@ -1,5 +1,7 @@
 #pragma once
 #include <filesystem>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,6 +25,22 @@ struct Provenance {
 
 /// The text with every byte that is not part of well-formed UTF-8 as '?': file names may be any bytes, TOML and JSON may not.
 std::string utf8_text(const std::string& bytes);
+
+/// SHA-256 of a file's bytes as they are read, so that what is recorded is what was used and the file is read once.
+class InputHash {
+ public:
+  InputHash();
+  ~InputHash();
+  InputHash(const InputHash&) = delete;
+  InputHash& operator=(const InputHash&) = delete;
+  void add(std::span<const unsigned char> bytes);
+  /// Ends the sum.
+  InputRecord record(const std::filesystem::path& path);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 /// SHA-256 (FIPS 180-4) of a file's bytes. @throws Error if it cannot be read
 InputRecord record_input(const std::filesystem::path& path);

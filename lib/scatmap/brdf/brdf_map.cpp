@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "scatmap/base/parallel_rows.h"
+
 namespace scatmap {
 
 Grid<float> per_pixel_uncertainty(const BrdfMap& map) {
@@ -12,11 +14,14 @@ Grid<float> per_pixel_uncertainty(const BrdfMap& map) {
   }
   for (const StructuredCause& s : map.structured) parts.push_back(&s.sensitivity_per_sr);
   Grid<float> out(map.mask.rows(), map.mask.columns());
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    double sum = 0;
-    for (const Grid<float>* part : parts) sum += static_cast<double>((*part)[i]) * (*part)[i];
-    out[i] = static_cast<float>(std::sqrt(sum));
-  }
+  for_each_row(out.rows(), [&](int row) {
+    std::vector<double> sum(static_cast<std::size_t>(out.columns()), 0.0);
+    for (const Grid<float>* part : parts) {
+      const std::span<const float> u = part->row(row);
+      for (std::size_t c = 0; c < u.size(); ++c) sum[c] += static_cast<double>(u[c]) * u[c];
+    }
+    for (std::size_t c = 0; c < sum.size(); ++c) out.row(row)[c] = static_cast<float>(std::sqrt(sum[c]));
+  });
   return out;
 }
 

@@ -1,6 +1,9 @@
 #include "scatmap/brdf/frame_source.h"
 
+#include <tbb/parallel_for.h>
+
 #include <cmath>
+#include <exception>
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
@@ -36,6 +39,25 @@ void require_agreement(const std::optional<double>& in_file, double stated, doub
   }
 }
 
+// Several files at a time; of several failures the first in the list is told, whatever the threads did.
+std::vector<RecordedFrame> read_in_parallel(const std::vector<std::filesystem::path>& paths) {
+  std::vector<RecordedFrame> out(paths.size());
+  std::vector<std::exception_ptr> failures(paths.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, paths.size(), 1), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      try {
+        out[i] = read_recorded_frame(paths[i]);
+      } catch (...) {
+        failures[i] = std::current_exception();
+      }
+    }
+  });
+  for (const std::exception_ptr& failure : failures) {
+    if (failure) std::rethrow_exception(failure);
+  }
+  return out;
+}
+
 }  // namespace
 
 FrameSource::FrameSource(const Measurement& measurement)
@@ -56,9 +78,8 @@ FrameSource::FrameSource(const Measurement& measurement)
   response_.bad = bad_pixels_from_frame(bad);
 }
 
-Frame FrameSource::read_checked(const std::filesystem::path& path, bool is_dark, double exposure_s) {
-  Frame f = read_frame(path);
-  const std::string name = path.string();
+void FrameSource::check(const Frame& f, bool is_dark, double exposure_s) {
+  const std::string name = f.file.string();
   require_detector_size(f.dn.rows(), f.dn.columns(), name, measurement_.instrument);
   require_agreement(f.header.exposure_s, exposure_s, 1e-3 * exposure_s, name + ": EXPTIME",
                     is_dark ? "exposure_s of the frames it is the dark of" : "exposure_s");
@@ -74,15 +95,15 @@ Frame FrameSource::read_checked(const std::filesystem::path& path, bool is_dark,
       throw Error({name + ": ROWORDER", "differs from that of " + row_order_file_, *f.header.row_order, row_order_});
     }
   }
-  return f;
 }
 
 std::vector<Frame> FrameSource::read_all(const std::vector<std::filesystem::path>& paths, bool are_darks,
                                          double exposure_s, std::vector<InputRecord>& records) {
   std::vector<Frame> frames;
-  for (const auto& path : paths) {
-    frames.push_back(read_checked(path, are_darks, exposure_s));
-    records.push_back(record_input(path));
+  for (RecordedFrame& read : read_in_parallel(paths)) {
+    check(read.frame, are_darks, exposure_s);
+    frames.push_back(std::move(read.frame));
+    records.push_back(std::move(read.record));
   }
   return frames;
 }

@@ -42,7 +42,7 @@ class FrameSource {
   const PixelResponse& response() const { return response_; }
 
  private:
-  Frame read_checked(const std::filesystem::path& path, bool is_dark, double exposure_s);
+  void check(const Frame& frame, bool is_dark, double exposure_s);
   std::vector<Frame> read_all(const std::vector<std::filesystem::path>& paths, bool are_darks, double exposure_s,
                               std::vector<InputRecord>& records);
   std::shared_ptr<const Dark> dark_of(const Exposure& exposure, double quantum_dn);

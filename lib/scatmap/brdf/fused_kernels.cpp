@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "scatmap/base/simd.h"
@@ -87,38 +88,50 @@ SCATMAP_CLONES bool clean_row(const Mask* mask, int pixels, const CleanRow& row,
   return odd != 0;
 }
 
+namespace {
+
+// The few pixels of a strip whose window is not full: `odd` is not 0 there.
+void estimate_odd(const ColumnSums& sums, const std::uint8_t* odd, const std::uint8_t* count, const std::uint8_t* good,
+                  const double* own, const float* floor, const float* shot, int n, double* expected) {
+  constexpr int kWord = 8;
+  for (int first = 0; first < n; first += kWord) {
+    std::uint64_t any = 0;
+    std::memcpy(&any, odd + first, sizeof any);
+    for (int i = first; any != 0 && i < std::min(n, first + kWord); ++i) {
+      if (odd[i] == 0) continue;
+      expected[i] =
+          good[i] == 0 ? kNaN : estimate_with(neighbours(sums, i, own[i]), count[i], own[i], floor[i], shot[i]);
+    }
+  }
+}
+
+}  // namespace
+
 SCATMAP_CLONES void expected_row(const WindowRows& rows, const float* floor, const float* shot, int pixels,
                                  double* expected) {
   ColumnSums sums;
-  alignas(64) std::uint8_t count[kStrip];
+  alignas(64) std::uint8_t count[kStrip], odd[kStrip] = {};
   const double chance = 1 + kStructureSigmas * std::sqrt(2.0 / (kFull - 1));
   for (int first = 0; first < pixels; first += kStrip) {
     const int n = std::min(kStrip, pixels - first);
     sum_columns(rows, first - kWindowReach, n + 2 * kWindowReach, sums);
     const double* own = rows.value[kWindowReach] + first;
     const std::uint8_t* good = rows.good[kWindowReach] + first;
-    int least = kFull;
+    std::uint8_t any = 0;
     SCATMAP_INDEPENDENT
     for (int i = 0; i < n; ++i) {
-      count[i] = static_cast<std::uint8_t>(sums.count[i] + sums.count[i + 1] + sums.count[i + 2] + sums.count[i + 3] +
-                                           sums.count[i + 4] - good[i]);
+      const auto all = static_cast<std::uint8_t>(sums.count[i] + sums.count[i + 1] + sums.count[i + 2] +
+                                                 sums.count[i + 3] + sums.count[i + 4]);
+      count[i] = static_cast<std::uint8_t>(all - good[i]);
+      odd[i] = static_cast<std::uint8_t>(all ^ (kFull + 1));
+      any = static_cast<std::uint8_t>(any | odd[i]);
     }
-    SCATMAP_INDEPENDENT
-    for (int i = 0; i < n; ++i) least = std::min(least, static_cast<int>(count[i]) * static_cast<int>(good[i]));
     SCATMAP_INDEPENDENT
     for (int i = 0; i < n; ++i) {
       expected[first + i] = local_estimate(neighbours(sums, i, own[i]), 1.0 / kFull, 1.0 / (kFull - 1), chance, own[i],
                                            floor[first + i], shot[first + i]);
     }
-    if (least == kFull) continue;
-    for (int i = 0; i < n; ++i) {
-      if (good[i] == 0) {
-        expected[first + i] = kNaN;
-      } else if (count[i] != kFull) {
-        expected[first + i] =
-            estimate_with(neighbours(sums, i, own[i]), count[i], own[i], floor[first + i], shot[first + i]);
-      }
-    }
+    if (any != 0) estimate_odd(sums, odd, count, good, own, floor + first, shot + first, n, expected + first);
   }
 }
 

@@ -6,7 +6,7 @@
 
 namespace scatmap {
 
-inline constexpr int kPoseTile = 64;
+inline constexpr int kPoseTile = 128;
 inline constexpr double kPoseMaxError = 1e-3;
 
 /// Three rows of a smooth estimate of f: the one in hand and its neighbours, NaN where masked. Every pointer is to

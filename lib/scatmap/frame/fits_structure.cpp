@@ -154,7 +154,13 @@ long long data_bytes_of(const FitsHdu& hdu, bool plain_image, long long file_byt
 }
 
 FitsHdu checked_hdu(FitsHeader&& header, long long file_bytes) {
-  FitsHdu hdu{.header = std::move(header), .name = {}, .image = false, .bitpix = 0, .axes = {}, .data_bytes = 0};
+  FitsHdu hdu{.header = std::move(header),
+              .name = {},
+              .image = false,
+              .bitpix = 0,
+              .axes = {},
+              .data_bytes = 0,
+              .data_offset = 0};
   const FitsHeader& h = hdu.header;
   const std::string type = extension_type(h);
   check_order(h, 1, "BITPIX");
@@ -203,6 +209,7 @@ std::vector<FitsHdu> check_fits_structure(const std::filesystem::path& path) {
   std::vector<FitsHdu> hdus;
   do {
     hdus.push_back(checked_hdu(read_header(stream, static_cast<int>(hdus.size()) + 1), stream.bytes));
+    hdus.back().data_offset = stream.at;
     skip_data(stream, hdus.back());
   } while (at_extension(stream));
   return hdus;

@@ -23,6 +23,7 @@ struct FitsHdu {
   int bitpix = 0;               ///< 8, 16, 32, -32 or -64
   std::vector<long long> axes;  ///< NAXIS1, NAXIS2, …
   long long data_bytes = 0;     ///< without the padding
+  long long data_offset = 0;    ///< of the data's first byte in the file
 };
 
 /// Walks a FITS file from header to header and holds its layout to the FITS standard (4.0, sections 3 and 4.4) before

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "scatmap/base/grid.h"
+#include "scatmap/base/provenance.h"
 
 namespace scatmap {
 
@@ -30,7 +31,8 @@ struct Frame {
 /// Most pixels a frame may have: 2^30 (a 32768 × 32768 sensor).
 inline constexpr long long kMaxFramePixels = 1LL << 30;
 
-/// Refuses what is no readable FITS file by its first bytes, with the true reason: missing, folder, empty, compressed, text.
+/// Refuses what is no readable FITS file by its first bytes, with the true reason: missing, folder, empty, compressed,
+/// text.
 /// @throws Error
 void require_fits_file(const std::filesystem::path& path);
 
@@ -39,5 +41,13 @@ void require_fits_file(const std::filesystem::path& path);
 /// PGM (P5, maxval to 65535, and P2). Nothing is scaled but FITS BZERO/BSCALE; FITS BLANK becomes NaN.
 /// @throws Error with the true reason: missing, empty, truncated, compressed, colour, several images, wrong type
 Frame read_frame(const std::filesystem::path& path);
+
+/// A frame and the checksum of the file it came from; a plain FITS file is read once for both.
+struct RecordedFrame {
+  Frame frame;
+  InputRecord record;
+};
+/// @throws Error as read_frame
+RecordedFrame read_recorded_frame(const std::filesystem::path& path);
 
 }  // namespace scatmap

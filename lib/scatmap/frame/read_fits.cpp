@@ -9,6 +9,7 @@
 
 #include "scatmap/base/error.h"
 #include "scatmap/frame/fits_frame_header.h"
+#include "scatmap/frame/fits_pixels.h"
 #include "scatmap/frame/fits_structure.h"
 #include "scatmap/frame/frame_size.h"
 
@@ -164,9 +165,45 @@ void read_checked(const FitsFile& file, const FitsHdu& image, const PixelScale& 
   }
 }
 
-}  // namespace
+// Whole numbers that a float holds exactly, whichever way they are computed.
+bool is_plain_integer(const FitsHdu& image, const PixelScale& scale) {
+  constexpr double kLargestZero = 1 << 22;
+  return (image.bitpix == 8 || image.bitpix == 16) && !scale.blank && scale.step_dn == 1 &&
+         std::abs(scale.zero_dn) <= kLargestZero && scale.zero_dn == std::round(scale.zero_dn);
+}
 
-Frame read_fits(const std::filesystem::path& path) {
+void read_by_cfitsio(const std::filesystem::path& path, const FitsHdu& image, const PixelScale& scale,
+                     Grid<float>& dn) {
+  const FitsFile file(path);
+  int status = 0;
+  fits_movabs_hdu(file.get(), image.header.hdu(), nullptr, &status);
+  file.check(status);
+  check_same_image(file, image);
+  set_scale(file, scale);
+  if (cannot_exceed(image, scale)) {
+    read_pixels<float>(file, TFLOAT, 1, {dn.data(), dn.size()}, scale.blank.has_value());
+  } else {
+    read_checked(file, image, scale, dn);
+  }
+}
+
+// @param hash of the file's bytes; nullptr: not wanted. @return whether it has been filled
+bool read_pixels_of(const std::filesystem::path& path, const FitsHdu& image, const PixelScale& scale, Grid<float>& dn,
+                    InputHash* hash) {
+  if (is_plain_integer(image, scale)) {
+    read_fits_pixels(path, image, static_cast<float>(scale.zero_dn), {dn.data(), dn.size()}, hash);
+    return true;
+  }
+  read_by_cfitsio(path, image, scale, dn);
+  return false;
+}
+
+struct ReadFrame {
+  Frame frame;
+  bool hashed;
+};
+
+ReadFrame read(const std::filesystem::path& path, InputHash* hash) {
   const std::vector<FitsHdu> hdus = check_fits_structure(path);
   const FitsHdu& image = the_image(hdus, path.string());
   check_is_plane(image, path.string());
@@ -174,20 +211,19 @@ Frame read_fits(const std::filesystem::path& path) {
   const bool primary = image.header.hdu() == 1;
   Frame frame{.dn = {}, .quantum_dn = image.bitpix > 0 ? std::abs(scale.step_dn) : 0, .file = path, .header = {}};
   frame.header = primary ? fits_frame_header(image.header) : fits_frame_header(image.header, hdus.front().header);
-
-  const FitsFile file(path);
-  int status = 0;
-  fits_movabs_hdu(file.get(), image.header.hdu(), nullptr, &status);
-  file.check(status);
-  check_same_image(file, image);
-  set_scale(file, scale);
   frame.dn = Grid<float>(static_cast<int>(image.axes[1]), static_cast<int>(image.axes[0]));
-  if (cannot_exceed(image, scale)) {
-    read_pixels<float>(file, TFLOAT, 1, {frame.dn.data(), frame.dn.size()}, scale.blank.has_value());
-  } else {
-    read_checked(file, image, scale, frame.dn);
-  }
-  return frame;
+  const bool hashed = read_pixels_of(path, image, scale, frame.dn, hash);
+  return {std::move(frame), hashed};
+}
+
+}  // namespace
+
+Frame read_fits(const std::filesystem::path& path) { return read(path, nullptr).frame; }
+
+RecordedFrame read_recorded_fits(const std::filesystem::path& path) {
+  InputHash hash;
+  ReadFrame of = read(path, &hash);
+  return {std::move(of.frame), of.hashed ? hash.record(path) : record_input(path)};
 }
 
 }  // namespace scatmap

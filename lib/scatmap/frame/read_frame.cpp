@@ -94,6 +94,12 @@ void require_fits_file(const std::filesystem::path& path) {
   throw Error({path.string(), "is not a FITS file", "", ""});
 }
 
+RecordedFrame read_recorded_frame(const std::filesystem::path& path) {
+  check_is_file(path);
+  if (first_bytes(path).starts_with("SIMPLE")) return read_recorded_fits(path);
+  return {read_frame(path), record_input(path)};
+}
+
 Frame read_frame(const std::filesystem::path& path) {
   check_is_file(path);
   const std::string begin = first_bytes(path);

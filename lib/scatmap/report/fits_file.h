@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -54,6 +55,7 @@ class FitsWriter {
   struct Handle;
   std::unique_ptr<Handle> fits_;
   bool hdu_open_ = false;
+  std::optional<std::uint32_t> data_sum_;  ///< of the open HDU, where it was summed from memory
 };
 
 /// A FITS file being read back. @throws Error naming file and HDU

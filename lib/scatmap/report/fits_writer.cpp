@@ -4,6 +4,7 @@
 
 #include "scatmap/base/error.h"
 #include "scatmap/report/fits_file.h"
+#include "scatmap/report/fits_sum.h"
 
 namespace scatmap {
 
@@ -38,8 +39,15 @@ void FitsWriter::check(int status, const char* doing) {
 }
 
 void FitsWriter::finish_hdu() {
-  if (hdu_open_) check(fits_write_chksum(fits_->file, &fits_->status), "write its checksum");
+  if (hdu_open_ && data_sum_) {  // CFITSIO would read all the pixels back
+    key("DATASUM", std::to_string(*data_sum_), "data unit checksum");
+    key("CHECKSUM", std::string(16, '0'), "HDU checksum");
+    check(fits_update_chksum(fits_->file, &fits_->status), "write its checksum");
+  } else if (hdu_open_) {
+    check(fits_write_chksum(fits_->file, &fits_->status), "write its checksum");
+  }
   hdu_open_ = false;
+  data_sum_.reset();
 }
 
 void FitsWriter::begin_image(const std::string& name, const std::string& unit, int bitpix, int rows, int columns) {
@@ -56,6 +64,8 @@ void FitsWriter::image(const std::string& name, const std::string& unit, const G
   check(fits_write_img(fits_->file, TDOUBLE, 1, static_cast<LONGLONG>(data.size()), const_cast<double*>(data.data()),
                        &fits_->status),
         "write pixels");
+  data_sum_ = pixels == FitsPixels::kDouble ? fits_sum_of_doubles({data.data(), data.size()})
+                                            : fits_sum_of_rounded({data.data(), data.size()});
 }
 
 void FitsWriter::image(const std::string& name, const std::string& unit, const Grid<float>& data) {
@@ -63,6 +73,7 @@ void FitsWriter::image(const std::string& name, const std::string& unit, const G
   check(fits_write_img(fits_->file, TFLOAT, 1, static_cast<LONGLONG>(data.size()), const_cast<float*>(data.data()),
                        &fits_->status),
         "write pixels");
+  data_sum_ = fits_sum_of_floats({data.data(), data.size()});
 }
 
 void FitsWriter::image(const std::string& name, const Grid<Mask>& data) {
@@ -70,6 +81,7 @@ void FitsWriter::image(const std::string& name, const Grid<Mask>& data) {
   check(fits_write_img(fits_->file, TUSHORT, 1, static_cast<LONGLONG>(data.size()), const_cast<Mask*>(data.data()),
                        &fits_->status),
         "write pixels");
+  data_sum_ = fits_sum_of_masks({data.data(), data.size()});
 }
 
 void FitsWriter::table(const std::string& name, const std::vector<FitsColumn>& columns) {

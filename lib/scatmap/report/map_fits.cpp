@@ -6,6 +6,7 @@
 
 #include "scatmap/angles/angle_uncertainty.h"
 #include "scatmap/angles/tan_wcs.h"
+#include "scatmap/base/parallel_rows.h"
 #include "scatmap/base/units.h"
 #include "scatmap/report/fits_file.h"
 
@@ -14,7 +15,9 @@ namespace {
 
 Grid<double> in_degrees(const Grid<double>& rad) {
   Grid<double> out(rad.rows(), rad.columns());
-  for (std::size_t i = 0; i < out.size(); ++i) out[i] = rad[i] * kDegPerRad;
+  for_each_row(rad.rows(), [&](int row) {
+    for (int c = 0; c < rad.columns(); ++c) out(row, c) = rad(row, c) * kDegPerRad;
+  });
   return out;
 }
 
