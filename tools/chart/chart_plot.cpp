@@ -66,7 +66,7 @@ std::string lines_text(const Chart& chart, const Box& box) {
   for (const ChartLine& line : chart.error_lines) {
     out += "set arrow from " + number_text(box.left) + "," + number_text(line.value) + " to " + number_text(box.right) +
            "," + number_text(line.value) + " nohead dt 4 lc rgb '#b2182b'\n";
-    out += label_at(line.label, box.right, line.value, "right offset -0.5,0.6 font ',11' tc rgb '#b2182b'");
+    out += label_at(line.label, box.left, line.value, "left offset 0.5,0.6 font ',11' tc rgb '#b2182b'");
   }
   return out;
 }
@@ -82,11 +82,11 @@ std::string frame_text(const Chart& chart, const Box& box) {
          gnuplot_text("time per " + chart.item + ", ns (one thread, " + chart.rows.back().size + ")") +
          "\nset ylabel " + gnuplot_text("largest " + chart.error_name + ", " + unit) + "\nset label " +
          gnuplot_text("errors against " + chart.reference) +
-         " at graph 0.5,1.03 center noenhanced font ',11' tc rgb '#606060'\n"
+         " at graph 0.5,1.02 center noenhanced font ',11' tc rgb '#606060'\n"
          "set label " +
          gnuplot_text(machine_text()) +
          " at screen 0.99,0.018 right font ',9' tc rgb '#808080'\n"
-         "set bmargin 5\nset tmargin 5\nset key top right reverse Left\nset xrange [" +
+         "set bmargin 6.5\nset tmargin 4\nset key at screen 0.5,0.062 center horizontal reverse Left\nset xrange [" +
          number_text(box.left) + ":" + number_text(box.right) + "]\nset yrange [" + number_text(box.bottom) + ":" +
          number_text(box.top) + "]\n";
 }
