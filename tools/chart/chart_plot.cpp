@@ -86,7 +86,7 @@ std::string frame_text(const Chart& chart, const Box& box) {
          "set label " +
          gnuplot_text(machine_text()) +
          " at screen 0.99,0.018 right font ',9' tc rgb '#808080'\n"
-         "set bmargin 6.5\nset tmargin 4\nset key at screen 0.5,0.062 center horizontal reverse Left\nset xrange [" +
+         "set bmargin 8\nset tmargin 4\nset key at screen 0.45,0.058 center horizontal reverse Left\nset xrange [" +
          number_text(box.left) + ":" + number_text(box.right) + "]\nset yrange [" + number_text(box.bottom) + ":" +
          number_text(box.top) + "]\n";
 }
@@ -125,7 +125,7 @@ std::string bounds_block(const std::vector<const ChartRow*>& rows) {
 
 // Above and right of its point, clear of the spread's bar; higher where a neighbour's label is in the way.
 std::string names_text(const std::vector<const ChartRow*>& rows, const Box& box, double floor) {
-  constexpr double kHeight = 0.03, kCharacter = 0.0085;  // of the picture's height and width
+  constexpr double kHeight = 0.03, kCharacter = 0.011;  // of the picture's height and width
   struct Placed {
     double x, y, width;
   };
