@@ -52,7 +52,8 @@ Box box_of(const Chart& chart, const std::vector<const ChartRow*>& rows, double 
 }
 
 std::string label_at(const std::string& text, double x, double y, const std::string& options) {
-  return "set label " + gnuplot_text(text) + " at " + number_text(x) + "," + number_text(y) + " " + options + "\n";
+  return "set label " + gnuplot_text(text) + " at " + number_text(x) + "," + number_text(y) + " noenhanced " + options +
+         "\n";
 }
 
 std::string lines_text(const Chart& chart, const Box& box) {
@@ -60,12 +61,12 @@ std::string lines_text(const Chart& chart, const Box& box) {
   for (const ChartLine& line : chart.time_lines) {
     out += "set arrow from " + number_text(line.value) + "," + number_text(box.bottom) + " to " +
            number_text(line.value) + "," + number_text(box.top) + " nohead dt 2 lc rgb '#808080'\n";
-    out += label_at(line.label, line.value * 1.04, box.bottom * 1.3, "rotate left font ',11' tc rgb '#606060'");
+    out += label_at(line.label, line.value, box.bottom, "rotate left offset 0.8,0.5 font ',11' tc rgb '#606060'");
   }
   for (const ChartLine& line : chart.error_lines) {
     out += "set arrow from " + number_text(box.left) + "," + number_text(line.value) + " to " + number_text(box.right) +
            "," + number_text(line.value) + " nohead dt 4 lc rgb '#b2182b'\n";
-    out += label_at(line.label, box.right / 1.05, line.value * 1.4, "right font ',11' tc rgb '#b2182b'");
+    out += label_at(line.label, box.left, line.value, "left offset 0.5,0.6 font ',11' tc rgb '#b2182b'");
   }
   return out;
 }
@@ -76,16 +77,16 @@ std::string frame_text(const Chart& chart, const Box& box) {
          "set format x '%g'\nset format y '10^{%L}'\nset grid lc rgb '#e8e8e8' lt 1\n"
          "set title " +
          gnuplot_text(chart.title) +
-         " font ',16'\n"
+         " font ',16' noenhanced\n"
          "set xlabel " +
          gnuplot_text("time per " + chart.item + ", ns (one thread, " + chart.rows.back().size + ")") +
          "\nset ylabel " + gnuplot_text("largest " + chart.error_name + ", " + unit) + "\nset label " +
-         gnuplot_text("against " + chart.reference) +
-         " at graph 0.01,0.98 font ',11' tc rgb '#606060'\n"
+         gnuplot_text("errors against " + chart.reference) +
+         " at graph 0.5,1.02 center noenhanced font ',11' tc rgb '#606060'\n"
          "set label " +
          gnuplot_text(machine_text()) +
          " at screen 0.99,0.018 right font ',9' tc rgb '#808080'\n"
-         "set bmargin 5\nset key bottom left reverse Left\nset xrange [" +
+         "set bmargin 8\nset tmargin 4\nset key at screen 0.45,0.058 center horizontal reverse Left\nset xrange [" +
          number_text(box.left) + ":" + number_text(box.right) + "]\nset yrange [" + number_text(box.bottom) + ":" +
          number_text(box.top) + "]\n";
 }
@@ -122,20 +123,29 @@ std::string bounds_block(const std::vector<const ChartRow*>& rows) {
   return out + "EOD\n";
 }
 
-// Labels of neighbours go to different sides of their points.
+// Above and right of its point, clear of the spread's bar; higher where a neighbour's label is in the way.
 std::string names_text(const std::vector<const ChartRow*>& rows, const Box& box, double floor) {
+  constexpr double kHeight = 0.03, kCharacter = 0.011;  // of the picture's height and width
+  struct Placed {
+    double x, y, width;
+  };
   std::vector<const ChartRow*> ordered = rows;
   std::sort(ordered.begin(), ordered.end(),
             [](const ChartRow* a, const ChartRow* b) { return a->largest_error < b->largest_error; });
+  const double decades_up = std::log10(box.top / box.bottom), decades_right = std::log10(box.right / box.left);
+  std::vector<Placed> placed;
   std::string out;
-  double last_height = -HUGE_VAL;
-  const double decades = std::log10(box.top / box.bottom);
   for (const ChartRow* row : ordered) {
-    double height = std::log10(drawn_error(row->largest_error, floor) / box.bottom) / decades;
-    if (height < last_height + 0.028) height = last_height + 0.028;
-    last_height = height;
-    out += label_at(row->method, row->time.minimum_ns * 1.12, box.bottom * std::pow(10, height * decades),
-                    std::string("left font ',12' tc rgb '") + (row->rival ? "#808080'" : "#104080'"));
+    Placed at{std::log10(row->time.minimum_ns / box.left) / decades_right,
+              std::log10(drawn_error(row->largest_error, floor) / box.bottom) / decades_up,
+              kCharacter * static_cast<double>(row->method.size())};
+    for (const Placed& other : placed) {
+      const bool beside = at.x > other.x + other.width || other.x > at.x + at.width;
+      if (!beside && std::abs(at.y - other.y) < kHeight) at.y = other.y + kHeight;
+    }
+    placed.push_back(at);
+    out += label_at(row->method, row->time.minimum_ns, box.bottom * std::pow(10, at.y * decades_up),
+                    std::string("left offset 0.9,0.6 font ',12' tc rgb '") + (row->rival ? "#606060'" : "#104080'"));
   }
   return out;
 }
@@ -152,8 +162,9 @@ Plot chart_plot(const Chart& chart) {
                 points_block("rivals", rows, floor, true) + bounds_block(rows) +
                 "plot $front with steps lc rgb '#80a0d0' lw 2 title 'Pareto front', "
                 "$bounds with points pt 10 ps 1.4 lc rgb '#d08020' title 'bound', "
-                "$rivals using 1:2:1:3 with xerrorbars pt 5 lc rgb '#909090' title 'others', "
-                "$own using 1:2:1:3 with xerrorbars pt 7 ps 1.3 lc rgb '#104080' title 'scatmap'\n";
+                "$rivals using 1:2:1:3 with xerrorbars pt 5 lw 0.7 lc rgb '#909090' title 'others, spread to the 90th "
+                "percentile', "
+                "$own using 1:2:1:3 with xerrorbars pt 7 ps 1.3 lw 0.7 lc rgb '#104080' title 'scatmap, the same'\n";
   return plot;
 }
 

@@ -67,4 +67,17 @@ std::optional<AngleUncertainty> angle_uncertainty(const Instrument& instrument, 
   return out;
 }
 
+std::optional<double> smallest_direction_sigma_px(const Instrument& instrument, const Pose& pose) {
+  const std::vector<ViewChange> changes = calibration_changes(instrument, pose);
+  if (changes.empty()) return std::nullopt;
+  const SampleView view = sample_view(instrument, pose);
+  const int last_row = instrument.rows - 1, last_column = instrument.columns - 1;
+  double smallest = HUGE_VAL;
+  for (const int row : {0, last_row / 2, last_row}) {
+    for (const int column : {0, last_column / 2, last_column})
+      smallest = std::min(smallest, std::sqrt(moments(view, changes, row, column).pixel2));
+  }
+  return smallest;
+}
+
 }  // namespace scatmap

@@ -23,4 +23,8 @@ struct AngleUncertainty {
 std::optional<AngleUncertainty> angle_uncertainty(const Instrument& instrument, const Pose& pose,
                                                   const Grid<Mask>& mask);
 
+/// The smallest direction_px among nine pixels of the frame: corners, middles of the edges, centre. nullopt if the
+/// instrument has no calibrated parameter
+std::optional<double> smallest_direction_sigma_px(const Instrument& instrument, const Pose& pose);
+
 }  // namespace scatmap

@@ -171,10 +171,11 @@ void fill_rays(const OpencvLens& lens, LensRays& out) {
 
 }  // namespace
 
-LensRays load_lens_rays(const fs::path& cameramodel, int columns, int rows) {
+LensRays load_lens_rays(const fs::path& cameramodel, int columns, int rows, LensInverse inverse) {
   const Lens lens = read_lens(cameramodel, columns, rows);
   LensRays out{module().name(lens.get()), {rows, columns}, {rows, columns}};
-  if (const auto opencv = as_opencv(lens.get())) {
+  const auto opencv = inverse == LensInverse::kFastest ? as_opencv(lens.get()) : std::nullopt;
+  if (opencv) {
     fill_rays(*opencv, out);
     return out;
   }

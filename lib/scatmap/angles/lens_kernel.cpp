@@ -38,20 +38,19 @@ SCATMAP_INLINE double unfolded(const Distorted& d) {
   return d.xx + d.yy > 0 ? determinant : -1;
 }
 
-constexpr int kSteps = 4;
-
-}  // namespace
-
-SCATMAP_CLONES void run_unproject(const OpencvLens& lens, double row, double first_column, std::size_t n,
-                                  double* __restrict x_out, double* __restrict y_out, double* __restrict determinant,
-                                  double* __restrict residual_px) {
-  const OpencvLens l = lens;  // a copy: the results cannot alias it
+template <int Steps>
+SCATMAP_INLINE void unproject(const OpencvLens& lens, double row, double first_column, const LensStart& begin,
+                              std::size_t n, double* __restrict x_out, double* __restrict y_out,
+                              double* __restrict determinant, double* __restrict residual_px) {
+  const OpencvLens l = lens;  // copies: the results cannot alias them
+  const LensStart start = begin;
   const double inverse_fx = 1 / l.fx, wanted_y = (row - l.cy) / l.fy;
   for (std::size_t i = 0; i < n; ++i) {
-    const double wanted_x = (first_column + static_cast<double>(static_cast<int>(i)) - l.cx) * inverse_fx;
-    double x = wanted_x, y = wanted_y;
+    const double c = static_cast<double>(static_cast<int>(i));
+    const double wanted_x = (first_column + c - l.cx) * inverse_fx;
+    double x = start.x0 + c * (start.x1 + c * start.x2), y = start.y0 + c * (start.y1 + c * start.y2);
 #pragma GCC unroll 4
-    for (int step = 0; step < kSteps; ++step) {
+    for (int step = 0; step < Steps; ++step) {
       const Distorted d = distort(l, x, y);
       const double ex = wanted_x - d.x, ey = wanted_y - d.y, inverse = 1 / (d.xx * d.yy - d.xy * d.yx);
       x += (d.yy * ex - d.xy * ey) * inverse;
@@ -64,6 +63,17 @@ SCATMAP_CLONES void run_unproject(const OpencvLens& lens, double row, double fir
     determinant[i] = unfolded(d);
     residual_px[i] = std::sqrt(ex * ex + ey * ey);
   }
+}
+
+}  // namespace
+
+SCATMAP_CLONES void run_unproject_far(const OpencvLens& lens, double row, double first_column, const LensStart& start,
+                                      std::size_t n, double* x, double* y, double* determinant, double* residual_px) {
+  unproject<4>(lens, row, first_column, start, n, x, y, determinant, residual_px);
+}
+SCATMAP_CLONES void run_unproject_near(const OpencvLens& lens, double row, double first_column, const LensStart& start,
+                                       std::size_t n, double* x, double* y, double* determinant, double* residual_px) {
+  unproject<2>(lens, row, first_column, start, n, x, y, determinant, residual_px);
 }
 
 SCATMAP_CLONES void run_ray_angles(const double (&matrix)[9], std::size_t n, const double* __restrict x,

@@ -5,11 +5,19 @@
 
 namespace scatmap::kernel {
 
-/// Newton's method from the distorted position, a fixed number of steps, for columns first, first + 1, …
-/// determinant: of d(x', y')/d(x, y) at the result, not positive where the image has folded back; residual_px: how far
-/// the result projects from its pixel.
-void run_unproject(const OpencvLens& lens, double row, double first_column, std::size_t n, double* x, double* y,
-                   double* determinant, double* residual_px);
+/// Where Newton's method begins: x = x0 + d (x1 + d x2), likewise y, d the column from the first.
+struct LensStart {
+  double x0, x1, x2;
+  double y0, y1, y2;
+};
+
+/// Newton's method for columns first, first + 1, …, a fixed number of steps: 4 from a far start, 2 from a near one
+/// (within 1e-3). determinant: of d(x', y')/d(x, y) at the result, not positive where the image has folded back;
+/// residual_px: how far the result projects from its pixel.
+void run_unproject_far(const OpencvLens& lens, double row, double first_column, const LensStart& start, std::size_t n,
+                       double* x, double* y, double* determinant, double* residual_px);
+void run_unproject_near(const OpencvLens& lens, double row, double first_column, const LensStart& start, std::size_t n,
+                        double* x, double* y, double* determinant, double* residual_px);
 /// Both angles of matrix·(x, y, 1); `matrix` row by row.
 void run_ray_angles(const double (&matrix)[9], std::size_t n, const double* x, const double* y, double* theta,
                     double* phi, double* z);

@@ -10,15 +10,18 @@ namespace scatmap {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kPart = 512;  // of a row, on the stack
+constexpr std::size_t kPart = 192;  // of a row, on the stack
 
 struct Part {
   std::array<double, kPart> x, y, determinant, residual_px;
 };
 
+// Less than the bound: the residual itself is rounded.
+constexpr double kAccepted_px = 0.7 * kLensMaxError_px;
+
 double allowed_px(const OpencvLens& lens, double column, double row) {
   constexpr double kUnits = 4 * std::numeric_limits<double>::epsilon();
-  return std::max(kLensMaxError_px, kUnits * (std::abs(column - lens.cx) + std::abs(row - lens.cy)));
+  return std::max(kAccepted_px, kUnits * (std::abs(column - lens.cx) + std::abs(row - lens.cy)));
 }
 
 // Steps until the pixel is met; NaN if it never is, or only where the lens's image folds back.
@@ -39,11 +42,43 @@ void finish(const OpencvLens& lens, double column, double row, std::size_t i, Pa
   part.determinant[i] = determinant;
 }
 
+// One ray to a thousandth of what near starts need; nullopt where it does not come about.
+std::optional<kernel::LensStep> solved(const OpencvLens& lens, double column, double row, double x, double y) {
+  constexpr int kMost = 6;
+  constexpr double kNear_px = 1e-3;
+  for (int step = 0; step < kMost; ++step) {
+    const kernel::LensStep next = kernel::newton_step(lens, column, row, x, y);
+    if (next.residual_px <= kNear_px && next.determinant > 0) return next;
+    x = next.x;
+    y = next.y;
+  }
+  return std::nullopt;
+}
+
+// The parabola through the rays of the part's ends and middle.
+std::optional<kernel::LensStart> near_start(const OpencvLens& lens, int row, int first, std::size_t n) {
+  constexpr std::size_t kShortest = 32;
+  if (n < kShortest) return std::nullopt;
+  const double half = 0.5 * static_cast<double>(n - 1);
+  const auto undistorted = [&](double column) {
+    return solved(lens, column, row, (column - lens.cx) / lens.fx, (row - lens.cy) / lens.fy);
+  };
+  const auto a = undistorted(first), b = undistorted(first + half), c = undistorted(first + 2 * half);
+  if (!a || !b || !c) return std::nullopt;
+  const auto slope = [half](double p, double q, double r) { return (-3 * p + 4 * q - r) / (2 * half); };
+  const auto bend = [half](double p, double q, double r) { return (p - 2 * q + r) / (2 * half * half); };
+  return kernel::LensStart{a->x, slope(a->x, b->x, c->x), bend(a->x, b->x, c->x),
+                           a->y, slope(a->y, b->y, c->y), bend(a->y, b->y, c->y)};
+}
+
 void unproject_part(const OpencvLens& lens, int row, int first, std::size_t n, Part& part) {
-  kernel::run_unproject(lens, row, first, n, part.x.data(), part.y.data(), part.determinant.data(),
-                        part.residual_px.data());
+  const kernel::LensStart far{(first - lens.cx) / lens.fx, 1 / lens.fx, 0, (row - lens.cy) / lens.fy, 0, 0};
+  const auto near = near_start(lens, row, first, n);
+  (near ? kernel::run_unproject_near : kernel::run_unproject_far)(lens, row, first, near ? *near : far, n,
+                                                                  part.x.data(), part.y.data(), part.determinant.data(),
+                                                                  part.residual_px.data());
   for (std::size_t i = 0; i < n; ++i) {
-    if (!(part.residual_px[i] <= kLensMaxError_px && part.determinant[i] > 0))
+    if (!(part.residual_px[i] <= kAccepted_px && part.determinant[i] > 0))
       finish(lens, first + static_cast<double>(i), row, i, part);
   }
 }

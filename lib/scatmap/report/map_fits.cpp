@@ -124,10 +124,18 @@ void write_parts(FitsWriter& fits, const BrdfMap& map) {
   }
 }
 
-void write_angle_images(FitsWriter& fits, const AngleMap& angles, bool theta_done) {
-  if (!theta_done) fits.image("THETA_S_DEG", "deg", in_degrees(angles.theta_s_rad), FitsPixels::kDouble);
-  fits.image("PHI_S_DEG", "deg", in_degrees(angles.phi_s_rad), FitsPixels::kDouble);
-  fits.image("SOLID_ANGLE_SR", "sr", angles.solid_angle_sr, FitsPixels::kDouble);
+void write_angle_images(FitsWriter& fits, const AngleMap& angles, bool theta_done,
+                        FitsPixels pixels = FitsPixels::kDouble) {
+  if (!theta_done) fits.image("THETA_S_DEG", "deg", in_degrees(angles.theta_s_rad), pixels);
+  fits.image("PHI_S_DEG", "deg", in_degrees(angles.phi_s_rad), pixels);
+  fits.image("SOLID_ANGLE_SR", "sr", angles.solid_angle_sr, pixels);
+}
+
+void write_method(FitsWriter& fits, const std::optional<AngleMethodNote>& method) {
+  if (!method) return;
+  fits.key("ANGMETH", method->method, "method of the angles");
+  fits.key("ANGBOUND", method->bound_rad, "[rad] largest error of a direction");
+  fits.key("ANGBNDPX", method->bound_px, "[pixel] the same");
 }
 
 // From the calibration, where the instrument has one.
@@ -231,16 +239,20 @@ void write_map_fits(const BrdfMap& map, const std::filesystem::path& target, Pre
 }
 
 void write_angles_fits(const AngleMap& angles, const Instrument& instrument, const Pose& pose,
-                       const Provenance& provenance, const std::filesystem::path& target, Overwrite overwrite) {
+                       const Provenance& provenance, const std::filesystem::path& target, Overwrite overwrite,
+                       const std::optional<AngleMethodNote>& method) {
   const SampleView view = sample_view(instrument, pose);
   const std::optional<TanWcs> wcs = wcs_of(instrument, view);
+  const bool single = method && method->precision == Precision::kSingle;
+  const FitsPixels pixels = single ? FitsPixels::kFloat : FitsPixels::kDouble;
   FitsWriter fits(target, overwrite);
-  fits.image("THETA_S_DEG", "deg", in_degrees(angles.theta_s_rad), FitsPixels::kDouble);
+  fits.image("THETA_S_DEG", "deg", in_degrees(angles.theta_s_rad), pixels);
   write_wcs(fits, wcs);
   write_pose(fits, view, pose, 0);
   write_lens(fits, instrument);
+  write_method(fits, method);
   write_provenance(fits, provenance);
-  write_angle_images(fits, angles, true);
+  write_angle_images(fits, angles, true, pixels);
   write_angle_uncertainty(fits, instrument, pose, angles.mask);
   write_mask(fits, angles.mask, wcs);
   write_instrument(fits, instrument);

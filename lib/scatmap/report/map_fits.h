@@ -1,5 +1,7 @@
 #pragma once
 #include <filesystem>
+#include <optional>
+#include <string>
 
 #include "scatmap/base/output_file.h"
 #include "scatmap/brdf/brdf_map.h"
@@ -19,9 +21,19 @@ enum class Precision { kSingle, kDouble };
 /// modelled map (empty uncertainties) has no UNCERT, U_RANDOM and U_POSE. Whole or absent. @throws Error
 void write_map_fits(const BrdfMap& map, const std::filesystem::path& target, Precision precision, Overwrite overwrite);
 
-/// Writes angle images, THETA_S_DEG as primary, then PHI_S_DEG, SOLID_ANGLE_SR, MASK, INSTRUMENT; all double.
+/// How angles were computed, for the header: keywords ANGMETH, ANGBOUND (rad) and ANGBNDPX.
+struct AngleMethodNote {
+  std::string method;
+  double bound_rad = 0;  ///< of the numbers in the file
+  double bound_px = 0;
+  Precision precision = Precision::kDouble;  ///< of the file's images
+};
+
+/// Writes angle images, THETA_S_DEG as primary, then PHI_S_DEG, SOLID_ANGLE_SR, MASK, INSTRUMENT; double unless
+/// `method` says otherwise.
 void write_angles_fits(const AngleMap& angles, const Instrument& instrument, const Pose& pose,
-                       const Provenance& provenance, const std::filesystem::path& target, Overwrite overwrite);
+                       const Provenance& provenance, const std::filesystem::path& target, Overwrite overwrite,
+                       const std::optional<AngleMethodNote>& method = std::nullopt);
 
 /// Writes a comparison's images: RESIDUAL, (measured − modelled)/u, as primary where there is one, and LOG10_RATIO.
 void write_residual_fits(const Comparison& comparison, const BrdfMap& like, const Provenance& provenance,
