@@ -65,9 +65,9 @@ AngleMap angles_of(const Instrument& instrument, const Pose& pose, const std::st
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   const Instrument instrument = read_instrument(o.instrument);
+  const Provenance provenance{invocation.command_line, "scatmap " + version(), {record_input(o.instrument)}};
   const Pose pose{o.stage_deg * kRadPerDeg, o.arm_deg * kRadPerDeg};
   const AngleMap map = angles_of(instrument, pose, o.instrument);
-  const Provenance provenance{invocation.command_line, "scatmap " + version(), {record_input(o.instrument)}};
   for (const std::string& target : o.output.targets) {
     if (extension_of(target) == ".exr") {
       write_angles_exr(map, provenance, target, o.output.overwrite());

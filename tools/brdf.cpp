@@ -132,11 +132,10 @@ void print_text(const BrdfResult& r, const Summary& s) {
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   const Measurement measurement = read_measurement(o.measurement);
+  const std::vector<InputRecord> inputs{record_input(o.measurement), record_input(measurement.instrument_file)};
   BrdfResult result = brdf_from_frames(measurement, progress_bar("brdf"),
                                        o.no_overlap ? FilterValues::kNominal : FilterValues::kByOverlap);
-  result.map.provenance = {invocation.command_line,
-                           "scatmap " + version(),
-                           {record_input(o.measurement), record_input(measurement.instrument_file)}};
+  result.map.provenance = {invocation.command_line, "scatmap " + version(), inputs};
   for (const std::string& target : o.output.targets) {
     if (extension_of(target) == ".exr") {
       write_map_exr(result.map, target, o.output.overwrite());

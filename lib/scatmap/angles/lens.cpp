@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "scatmap/angles/lens_file.h"
 #include "scatmap/angles/lens_module.h"
 #include "scatmap/base/error.h"
 #include "scatmap/base/parallel_rows.h"
@@ -34,7 +35,7 @@ std::vector<fs::path> module_folders() {
 
 // The module's functions. Opened once and never closed: mrcal is not made for unloading.
 struct Module {
-  decltype(&scatmap_lens_read) read = nullptr;
+  decltype(&scatmap_lens_parse) parse = nullptr;
   decltype(&scatmap_lens_free) free = nullptr;
   decltype(&scatmap_lens_columns) columns = nullptr;
   decltype(&scatmap_lens_rows) rows = nullptr;
@@ -54,7 +55,7 @@ Module open_module(const fs::path& file) {
   if (library == nullptr)
     throw Error({file.string(), "cannot be loaded", dlerror(), "mrcal's library: apt-get install libmrcal2"});
   Module m;
-  find_symbol(library, "scatmap_lens_read", file, m.read);
+  find_symbol(library, "scatmap_lens_parse", file, m.parse);
   find_symbol(library, "scatmap_lens_free", file, m.free);
   find_symbol(library, "scatmap_lens_columns", file, m.columns);
   find_symbol(library, "scatmap_lens_rows", file, m.rows);
@@ -84,7 +85,7 @@ using Lens = std::unique_ptr<scatmap_lens, void (*)(scatmap_lens*)>;
 Lens read_lens(const fs::path& path, int columns, int rows) {
   if (!fs::is_regular_file(path))
     throw Error({path.string(), "does not exist or is no file", {}, "an mrcal .cameramodel file"});
-  Lens lens(module().read(path.c_str()), module().free);
+  Lens lens(module().parse(to_cameramodel(read_lens_file(path)).c_str()), module().free);
   if (!lens) throw Error({path.string(), "is no camera model that mrcal can read", {}, "an mrcal .cameramodel file"});
   const int c = module().columns(lens.get()), r = module().rows(lens.get());
   if (c == columns && r == rows) return lens;

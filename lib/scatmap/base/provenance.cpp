@@ -14,7 +14,8 @@ std::string version() { return SCATMAP_VERSION; }
 
 namespace {
 
-// Bytes of the well-formed UTF-8 sequence at i, 0 if there is none (RFC 3629; overlong forms and surrogates are ill-formed).
+// Bytes of the well-formed UTF-8 sequence at i, 0 if there is none (RFC 3629; overlong forms and surrogates are
+// ill-formed).
 std::size_t sequence_length(const std::string& s, std::size_t i) {
   const auto byte = [&](std::size_t k) { return k < s.size() ? static_cast<unsigned char>(s[k]) : 0u; };
   const auto follows = [&](std::size_t k, unsigned low, unsigned high) { return byte(k) >= low && byte(k) <= high; };
@@ -44,7 +45,9 @@ std::string utf8_text(const std::string& bytes) {
   return out;
 }
 
-InputRecord record_input(const std::filesystem::path& path) {
+InputRecord record_input(const std::filesystem::path& path) { return record_input(path, file_state(path)); }
+
+InputRecord record_input(const std::filesystem::path& path, const FileState& as_read) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw Error({path.string(), "cannot be read", {}, {}});
   sha256_ctx context;
@@ -56,6 +59,7 @@ InputRecord record_input(const std::filesystem::path& path) {
   }
   std::array<std::uint8_t, SHA256_DIGEST_SIZE> digest{};
   sha256_digest(&context, digest.size(), digest.data());
+  require_unchanged(path, as_read);
   std::string hex;
   for (const std::uint8_t byte : digest) {
     constexpr const char* kDigits = "0123456789abcdef";

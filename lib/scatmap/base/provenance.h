@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "scatmap/base/file_state.h"
+
 namespace scatmap {
 
 /// The version of the library, "0.1.0".
@@ -24,7 +26,9 @@ struct Provenance {
 /// The text with every byte that is not part of well-formed UTF-8 as '?': file names may be any bytes, TOML and JSON may not.
 std::string utf8_text(const std::string& bytes);
 
-/// SHA-256 (FIPS 180-4) of a file's bytes. @throws Error if it cannot be read
+/// SHA-256 (FIPS 180-4) of a file's bytes. @throws Error if it cannot be read or changes meanwhile
 InputRecord record_input(const std::filesystem::path& path);
+/// The same for a file that was read before. @throws Error also if it is not as it was then
+InputRecord record_input(const std::filesystem::path& path, const FileState& as_read);
 
 }  // namespace scatmap

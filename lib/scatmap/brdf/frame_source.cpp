@@ -82,7 +82,7 @@ std::vector<Frame> FrameSource::read_all(const std::vector<std::filesystem::path
   std::vector<Frame> frames;
   for (const auto& path : paths) {
     frames.push_back(read_checked(path, are_darks, exposure_s));
-    records.push_back(record_input(path));
+    records.push_back(record_input(path, frames.back().state));
   }
   return frames;
 }
