@@ -77,15 +77,18 @@ void read_detector(const Entries& entries, const std::string& name, Poni& poni) 
         {where, "does not state pixel1 and pixel2", found->second.value, "the configuration of a plain Detector"});
   }
   if (config.contains("orientation") && config["orientation"] != 3) {
-    throw Error({where, "has an orientation whose meaning differs between versions of pyFAI",
-                 config["orientation"].dump(), "3"});
+    throw Error({where, "has an orientation whose meaning differs between versions of pyFAI", {}, "3"});
   }
   poni.row_pitch_m = config["pixel1"].get<double>();
   poni.column_pitch_m = config["pixel2"].get<double>();
   if (!config.contains("max_shape") || config["max_shape"].is_null()) return;
   const auto& shape = config["max_shape"];
-  if (!shape.is_array() || shape.size() != 2 || !shape[0].is_number_integer() || !shape[1].is_number_integer()) {
-    throw Error({where, "has a max_shape that is not two integers", shape.dump(), {}});
+  const auto is_side = [](const nlohmann::json& v) {
+    constexpr double kLongest = 1 << 20;
+    return v.is_number_integer() && v.get<double>() >= 1 && v.get<double>() <= kLongest;
+  };
+  if (!shape.is_array() || shape.size() != 2 || !is_side(shape[0]) || !is_side(shape[1])) {
+    throw Error({where, "has a max_shape that is not two sides of an image", {}, "[rows, columns]"});
   }
   poni.rows = shape[0].get<int>();
   poni.columns = shape[1].get<int>();

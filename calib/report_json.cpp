@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/report.h"
+#include "scatmap/base/provenance.h"
 #include "scatmap/base/units.h"
 
 namespace scatmap::calib {
@@ -61,7 +62,7 @@ json targets_json(const TargetList& list, const CalibrationResult& r) {
              {"residual_px", pair(t.residual_px)},
              {"sigma_px", pair(t.sigma_px)},
              {"distance_sigma", number(t.distance)}};
-    if (!list.targets[i].file.empty()) one["file"] = list.targets[i].file;
+    if (!list.targets[i].file.empty()) one["file"] = utf8_text(list.targets[i].file);
     if (t.left_out_px) one["left_out_residual_px"] = pair(*t.left_out_px);
     out.push_back(one);
   }

@@ -141,10 +141,10 @@ Computed angles_of(const Options& o, const Instrument& instrument, const Pose& p
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   const Instrument instrument = read_instrument(o.instrument);
-  const Pose pose{o.stage_deg * kRadPerDeg, o.arm_deg * kRadPerDeg};
-  const Computed angles = angles_of(o, instrument, pose);
   const Provenance provenance{invocation.command_line, "scatmap " + version(),
                               instrument_inputs(o.instrument, instrument)};
+  const Pose pose{o.stage_deg * kRadPerDeg, o.arm_deg * kRadPerDeg};
+  const Computed angles = angles_of(o, instrument, pose);
   for (const std::string& target : o.output.targets) {
     if (extension_of(target) == ".exr") {
       write_angles_exr(angles.map, provenance, target, o.output.overwrite());

@@ -143,12 +143,12 @@ void print_text(const BrdfResult& r, const Summary& s) {
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   const Measurement measurement = read_measurement(o.measurement);
+  std::vector<InputRecord> inputs = instrument_inputs(measurement.instrument_file, measurement.instrument);
+  inputs.insert(inputs.begin(), record_input(o.measurement));
   BrdfResult result = brdf_from_frames(measurement, progress_bar("brdf"),
                                        o.no_overlap ? FilterValues::kNominal : FilterValues::kByOverlap,
                                        o.method == "exact" ? BrdfMethod::kExact : BrdfMethod::kFused);
-  result.map.provenance = {invocation.command_line, "scatmap " + version(),
-                           instrument_inputs(measurement.instrument_file, measurement.instrument)};
-  result.map.provenance.inputs.insert(result.map.provenance.inputs.begin(), record_input(o.measurement));
+  result.map.provenance = {invocation.command_line, "scatmap " + version(), inputs};
   for (const std::string& target : o.output.targets) {
     if (extension_of(target) == ".exr") {
       write_map_exr(result.map, target, o.output.overwrite());

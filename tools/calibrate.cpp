@@ -171,11 +171,11 @@ void setup_calibrate(CLI::App& app, const Invocation& invocation) {
       ->allow_extra_args(false);
   verb->add_flag("--all", o->fit_all, "fit every parameter, needed or not");
   verb->add_option("--reject-sigma", o->calibrate.reject_sigma, "leave out targets further off than this")
-      ->check(CLI::Range(2.0, 1e6))
+      ->check(CLI::Range(2.0, 1e6) & finite_number())
       ->capture_default_str();
   verb->add_option("--tolerance-px", o->calibrate.tolerance_px,
                    "directions may be off by this for parameters that the targets do not see")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::NonNegativeNumber & finite_number())
       ->capture_default_str();
   verb->add_option("--bootstrap", o->bootstrap_trials, "fits this often anew and states the scatter of directions")
       ->check(CLI::Range(2, 10'000'000));

@@ -135,7 +135,7 @@ void setup_chart(CLI::App& app, const Invocation&) {
   verb->add_option("--scene", o->scene, "measurement.toml whose instrument and pose to chart on; default the paper's");
   verb->add_option("--model", o->model, "model.toml to chart on; default the paper's");
   verb->add_option("--seconds", o->seconds, "how long each method is timed")
-      ->check(CLI::Range(0.01, 60.0))
+      ->check(CLI::Range(0.01, 60.0) & finite_number())
       ->capture_default_str();
   o->output.add_to(*verb, "folder to make: one picture in SVG and PNG per chart, charts.csv", {});
   verb->callback([o] { run(*o); });

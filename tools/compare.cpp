@@ -62,9 +62,9 @@ Comparison compared(const BrdfMap& measured, const BrdfMap& modelled, const Opti
 void run(const Options& o, const Invocation& invocation) {
   OutputFolder folder(o.output.targets.front(), "comparison.json", o.output.overwrite());
   const BrdfMap measured = read_map_fits(o.measured), modelled = read_map_fits(o.modelled);
-  const Comparison c = compared(measured, modelled, o);
   const Provenance provenance{
       invocation.command_line, "scatmap " + version(), {record_input(o.measured), record_input(o.modelled)}};
+  const Comparison c = compared(measured, modelled, o);
   const std::string json = comparison_json(c), text = comparison_text(c);
   write_text_file(folder.temporary() / "comparison.json", json, Overwrite::kKeep);
   write_residual_fits(c, measured, provenance, folder.temporary() / "residual.fits", Overwrite::kKeep);

@@ -58,6 +58,7 @@ void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   const Model model = read_model(o.model);
   const MapView view = read_map_view(o.like);
+  const std::vector<InputRecord> inputs{record_input(o.model), record_input(o.like)};
   constexpr double kSameWavelength = 1e-6;
   if (view.wavelength_m > 0 && !(std::abs(model.wavelength_m / view.wavelength_m - 1) <= kSameWavelength)) {
     throw Error({o.model + ": wavelength_nm", "differs from that of " + o.like,
@@ -65,7 +66,7 @@ void run(const Options& o, const Invocation& invocation) {
   }
   const FrameModelOptions options = evaluation(o);
   BrdfMap map = model_map(model, view.instrument, view.pose, options);
-  map.provenance = {invocation.command_line, "scatmap " + version(), {record_input(o.model), record_input(o.like)}};
+  map.provenance = {invocation.command_line, "scatmap " + version(), inputs};
   for (const std::string& target : o.output.targets) {
     if (extension_of(target) == ".exr") {
       write_map_exr(map, target, o.output.overwrite());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <set>
 
 #include "scatmap/base/error.h"
@@ -20,6 +21,16 @@ void OutputOptions::add_to(CLI::App& verb, const std::string& what, const std::v
   if (kinds.empty()) output->expected(1);
   verb.add_flag("--force", force, "replace existing files");
   verb.add_flag("--json", json, "print the result as JSON on standard output");
+}
+
+CLI::Validator finite_number() {
+  return CLI::Validator(
+      [](std::string& text) {
+        double value = 0;
+        const bool ok = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
+        return ok ? std::string() : "'" + text + "' is not a finite number";
+      },
+      "");
 }
 
 CLI::Validator angle_range() {
@@ -42,7 +53,8 @@ void OutputOptions::check() const {
       throw Error({t, "has an extension that says no format of this output", "'" + extension + "'", wanted});
     }
     const OutputFile probe(t, overwrite());  // writes nothing
-    if (!seen.insert(std::filesystem::weakly_canonical(std::filesystem::absolute(t))).second) throw Error({t, "is named twice as output", {}, {}});
+    if (!seen.insert(std::filesystem::weakly_canonical(std::filesystem::absolute(t))).second)
+      throw Error({t, "is named twice as output", {}, {}});
   }
 }
 

@@ -24,6 +24,9 @@ struct OutputOptions {
   std::vector<std::string> kinds_;
 };
 
+/// Neither NaN nor infinite, both of which CLI::Range and CLI::PositiveNumber let through in places.
+CLI::Validator finite_number();
+
 /// −360 to 360, and not NaN, which CLI::Range lets through.
 CLI::Validator angle_range();
 

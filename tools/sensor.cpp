@@ -28,7 +28,7 @@ FramesByTime read_by_time(const std::vector<std::string>& files, std::vector<Inp
   for (const std::string& file : files) {
     Frame f = read_frame(file);
     if (!f.header.exposure_s) throw Error({file, "does not say its exposure time", {}, "EXPTIME"});
-    records.push_back(record_input(file));
+    records.push_back(record_input(file, f.state));
     out[*f.header.exposure_s].push_back(std::move(f));
   }
   return out;
@@ -135,7 +135,8 @@ void setup_sensor(CLI::App& app, const Invocation& invocation) {
   verb->add_option("flats", o->flats, "frames under constant uniform light: two or more per exposure time")->required();
   verb->add_option("--darks", o->darks, "dark frames: two or more per exposure time of the flats")->required();
   verb->add_option("--instrument", o->instrument, "instrument.toml whose [sensor] is to be replaced")->required();
-  verb->add_option("--saturation-dn", o->saturation_dn, "where the frames do not reach it")->check(CLI::PositiveNumber);
+  verb->add_option("--saturation-dn", o->saturation_dn, "where the frames do not reach it")
+      ->check(CLI::PositiveNumber & finite_number());
   o->output.add_to(*verb, "instrument.toml to write", {".toml"});
   verb->callback([o, invocation] { run(*o, invocation); });
 }

@@ -136,7 +136,7 @@ void print_json(const std::vector<MeasuredFrame>& frames, const std::string& met
     if (f.found.spots.empty()) out["skipped"].push_back({{"file", f.file.string()}, {"reason", why_without_spot(f)}});
     nlohmann::json spots = nlohmann::json::array();
     for (const calib::Spot& s : f.found.spots) spots.push_back(spot_json(s));
-    out["frames"].push_back({{"file", f.file.string()},
+    out["frames"].push_back({{"file", utf8_text(f.file.string())},
                              {"spots", spots},
                              {"hot_pixels", f.found.hot_pixels},
                              {"dropped", f.found.dropped}});
@@ -184,10 +184,18 @@ void require_some_spot(const std::vector<MeasuredFrame>& frames) {
   throw Error({"spots", "no spot stands out", empty, "frames of one bright spot each"});
 }
 
+// A line break in a file's name must not end the comment that names it.
+std::string in_one_line(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < ' ') c = ' ';
+  }
+  return text;
+}
+
 std::string header_lines(const Options& o, const Invocation& invocation) {
-  std::string out = "# scatmap " + version() + "\n# " + invocation.command_line + "\n";
+  std::string out = "# scatmap " + version() + "\n# " + in_one_line(invocation.command_line) + "\n";
   const auto add = [&](const std::string& path) {
-    out += "# input " + path + " sha256 " + record_input(path).sha256 + "\n";
+    out += "# input " + in_one_line(path) + " sha256 " + record_input(path).sha256 + "\n";
   };
   for (const std::string& f : o.frames) add(f);
   for (const std::string& d : o.darks) add(d);
@@ -281,15 +289,18 @@ void setup_spots(CLI::App& app, const Invocation& invocation) {
   verb->add_option("frames", o->frames, "raw frames, one target each")->required();
   verb->add_option("--darks", o->darks, "dark frames of the same exposure; none: each frame's own background");
   verb->add_option("--instrument", o->instrument, "instrument.toml, for gain, read noise and saturation");
-  verb->add_option("--gain-e-per-dn", o->gain_e_per_dn, "instead of the instrument's")->check(CLI::PositiveNumber);
-  verb->add_option("--read-noise-e", o->read_noise_e, "instead of the instrument's")->check(CLI::NonNegativeNumber);
-  verb->add_option("--saturation-dn", o->saturation_dn, "instead of the instrument's")->check(CLI::PositiveNumber);
+  verb->add_option("--gain-e-per-dn", o->gain_e_per_dn, "instead of the instrument's")
+      ->check(CLI::PositiveNumber & finite_number());
+  verb->add_option("--read-noise-e", o->read_noise_e, "instead of the instrument's")
+      ->check(CLI::NonNegativeNumber & finite_number());
+  verb->add_option("--saturation-dn", o->saturation_dn, "instead of the instrument's")
+      ->check(CLI::PositiveNumber & finite_number());
   verb->add_option("--angles", o->angles,
                    "CSV with columns file, kind, stage_deg, arm_deg, tilt_deg, mount; overrides FITS headers");
-  verb->add_option("--stage-deg", o->stage_deg, "of a single frame; overrides the rest")
-      ->check(CLI::Range(-360.0, 360.0));
-  verb->add_option("--arm-deg", o->arm_deg, "of a single frame")->check(CLI::Range(-360.0, 360.0));
-  verb->add_option("--tilt-deg", o->tilt_deg, "known mirror tilt of a single frame")->check(CLI::Range(-89.0, 89.0));
+  verb->add_option("--stage-deg", o->stage_deg, "of a single frame; overrides the rest")->check(angle_range());
+  verb->add_option("--arm-deg", o->arm_deg, "of a single frame")->check(angle_range());
+  verb->add_option("--tilt-deg", o->tilt_deg, "known mirror tilt of a single frame")
+      ->check(CLI::Range(-89.0, 89.0) & finite_number());
   verb->add_option("--kind", o->kind, "of a single frame; specular if nothing says otherwise")
       ->check(CLI::IsMember({"specular", "direct"}));
   verb->add_option("--mount", o->mount, "mirror mounting of a single frame");

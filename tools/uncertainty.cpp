@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include <nlohmann/json.hpp>
 
@@ -9,6 +10,7 @@
 #include "scatmap/brdf/map_uncertainty.h"
 #include "scatmap/brdf/scale_statistics.h"
 #include "scatmap/report/map_fits.h"
+#include "tools/output_options.h"
 #include "tools/verbs.h"
 
 namespace scatmap::tools {
@@ -260,6 +262,8 @@ void run(const Options& o) {
   const PixelSum power = power_in(map, region), sum = o.whole_map ? power : mean_over(map, region);
   const Answer answer = answer_for(uncertainty, map, sum, o.digits);
   const SumUncertainty scattered = uncertainty.of(power);
+  std::optional<PixelSum> other;  // before anything is printed: it may be outside the map
+  if (!o.other.empty()) other = o.whole_map ? power_in(map, region_of(o.other)) : mean_over(map, region_of(o.other));
   nlohmann::json json = answer_json(answer);
   nlohmann::json* target = o.json ? &json : nullptr;
   json["pixels"] = sum.pixels.size();
@@ -275,9 +279,7 @@ void run(const Options& o) {
     std::printf("power into the %zu pixels: %.6g of the incident, standard uncertainty %.3g (%.3g without scale)\n",
                 power.pixels.size(), scattered.value, scattered.total(), scattered.without_scale());
   }
-  if (!o.other.empty())
-    answer_pair(uncertainty, sum, o.whole_map ? power_in(map, region_of(o.other)) : mean_over(map, region_of(o.other)),
-                target);
+  if (other) answer_pair(uncertainty, sum, *other, target);
   if (o.target_percent > 0) print_targets(answer, o.target_percent / 100, target);
   if (o.json) std::printf("%s\n", json.dump(2).c_str());
 }
@@ -302,7 +304,7 @@ void setup_uncertainty(CLI::App& app, const Invocation&) {
       ->check(CLI::Number);
   verb->add_option("--target-percent", o->target_percent,
                    "which filter calibration brings the total standard uncertainty to this")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::PositiveNumber & finite_number());
   verb->add_option("--digits", o->digits, "significant digits of u that first order must hold (JCGM 101, clause 8)")
       ->check(CLI::Range(1, 2))
       ->capture_default_str();

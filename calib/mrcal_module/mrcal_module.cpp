@@ -13,8 +13,8 @@ struct scatmap_lens {
   std::array<char, 256> name;
 };
 
-scatmap_lens* scatmap_lens_read(const char* path) {
-  mrcal_cameramodel_t* model = mrcal_read_cameramodel_file(path);
+scatmap_lens* scatmap_lens_parse(const char* text) {
+  mrcal_cameramodel_t* model = mrcal_read_cameramodel_string(text, 0);
   if (model == nullptr) return nullptr;
   auto* lens = new scatmap_lens{model, {}};
   if (!mrcal_lensmodel_name(lens->name.data(), static_cast<int>(lens->name.size()), &model->lensmodel))

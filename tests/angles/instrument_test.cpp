@@ -96,5 +96,18 @@ TEST(Instrument, RefusesWithFileLineAndKey) {
   }
 }
 
+// Texts of a file that is read come back as they were: they were once written without codes for quotes and line breaks.
+TEST(Instrument, TextsComeBackWhateverTheyHold) {
+  const std::string text =
+      "[detector]\ncolumns = 3\nrows = 2\npitch_um = [5, 5]\ndistance_mm = 325\n[calibration]\n"
+      "parameters = [\"arm.zero_deg\"]\ncovariance = [[1.0]]\n"
+      "[[calibration.left_out]]\nname = \"a\\\"b\"\nreason = \"1\\n[x]\\\\ \\u007f \u00e4\"\n";
+  const Instrument once = parse_instrument(text, "a.toml");
+  const Instrument again = parse_instrument(to_toml(once), "b.toml");
+  ASSERT_EQ(again.calibration.value().left_out.size(), 1u);
+  EXPECT_EQ(again.calibration->left_out[0].name, "a\"b");
+  EXPECT_EQ(again.calibration->left_out[0].reason, "1\n[x]\\ \x7f \u00e4");
+}
+
 }  // namespace
 }  // namespace scatmap

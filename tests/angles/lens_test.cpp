@@ -215,6 +215,46 @@ std::string refusal(const std::filesystem::path& path, int columns) {
   return "accepted";
 }
 
+// mrcal's own reader ran past the end of the string that is not closed here (found by fuzzing).
+TEST(Lens, RefusesDamagedFilesBeforeMrcalSeesThem) {
+  const std::string model = "'lensmodel': 'LENSMODEL_PINHOLE'", numbers = "'intrinsics': [ 1, 1, 0, 0 ]",
+                    size = "'imagersize': [ 60, 40 ]";
+  const auto dictionary = [](const std::string& a, const std::string& b, const std::string& c) {
+    return "{ # comment\n" + a + ",\n" + b + ",\n" + c + ",\n}\n";
+  };
+  const auto said = [&](const std::string& text) {
+    const std::filesystem::path path = testing::TempDir() + "lens_test_damaged.cameramodel";
+    write_text_file(path, text, Overwrite::kForce);
+    return refusal(path, kColumns);
+  };
+  EXPECT_EQ(said(dictionary(model, numbers, size)), "accepted");
+  EXPECT_EQ(said(dictionary(model, numbers, size + ",\n'optimization_inputs': b'ab\\'c', 'x': [(1, 'y'), None]")),
+            "accepted");
+  struct Case {
+    std::string text, reason;
+  };
+  const std::vector<Case> cases{
+      {dictionary("'lensmodel':  'LENSMODEL_CAHVORE_lineintrinsics are fx, 0.02 ]", numbers, size),
+       ":2: has a string without end"},
+      {"{ 'lensmodel': 'LENSMODEL_PIN", "string without end"},
+      {dictionary(model, numbers, model), "states a key twice"},
+      {dictionary("'lensmodel': 'LENSMODEL_OPENCV99'", numbers, size), "is no lens model"},
+      {dictionary("'lensmodel': 'LENSMODEL_SPLINED_STEREOGRAPHIC_order=3_Nx=99999_Ny=99999_fov_x_deg=60'", numbers,
+                  size),
+       "is no lens model"},
+      {dictionary("'lensmodel': 'LENSMODEL_OPENCV4'", numbers, size),
+       "wrong number of values for LENSMODEL_OPENCV4, got 4, expected 8"},
+      {dictionary(model, "'intrinsics': [ 1, nan, 0, 0 ]", size), ":3: has something that is not a number"},
+      {dictionary(model, "'intrinsics': [ 0, 1, 0, 0 ]", size), "focal length"},
+      {dictionary(model, numbers, "'imagersize': [ 60.5, 40 ]"), ":4: has an imagersize"},
+      {dictionary(model, numbers, "'a': " + std::string(100000, '[')), "nested too deep"},
+      {dictionary(model, numbers, size) + "x", "goes on after its end"},
+      {dictionary(model, numbers, "'b': 1"), "lacks imagersize"},
+      {"", "expected '{'"},
+  };
+  for (const Case& c : cases) EXPECT_NE(said(c.text).find(c.reason), std::string::npos) << said(c.text);
+}
+
 TEST(Lens, RefusesWhatItCannotUse) {
   EXPECT_NE(refusal("/nowhere/a.cameramodel", kColumns).find("does not exist"), std::string::npos);
   const std::filesystem::path junk = testing::TempDir() + "lens_test_junk.cameramodel";

@@ -1,7 +1,10 @@
-// Outputs appear whole or not at all, number texts keep every bit, checksums are SHA-256. Kills and full disks are not
-// tested here.
+// Outputs appear whole or not at all, number texts keep every bit, checksums are SHA-256, changed inputs are noticed.
+// Kills and full disks: tests/faults.
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -79,6 +82,65 @@ TEST_F(Files, FolderAppearsWholeAndReplacesOnlyItsOwnKind) {
   EXPECT_THROW(OutputFolder(folder_ / "mine", "marker.txt", Overwrite::kForce), Error);
   EXPECT_EQ(read_text_file(folder_ / "mine" / "data"), "x");
   EXPECT_EQ(entries(), 2u);
+}
+
+// What a killed process left goes with the next output; what a living one works in stays, and what is not ours too.
+TEST_F(Files, LeftoversGoAndWorkInProgressStays) {
+  folder_ /= "never used before";  // a process looks for leftovers once in every folder
+  fs::create_directory(folder_);
+  std::array<int, 2> ready{}, done{};
+  ASSERT_EQ(pipe(ready.data()) + pipe(done.data()), 0);
+  const auto child = [&](bool stays) {
+    const pid_t pid = fork();
+    if (pid != 0) return pid;
+    OutputFile out(folder_ / "a.txt", Overwrite::kKeep);
+    std::ofstream(out.temporary()) << "half";
+    char c = 'x';
+    if (write(ready[1], &c, 1) != 1 || (stays && read(done[0], &c, 1) < 0)) _exit(1);
+    _exit(0);  // as killed: nothing is cleaned up
+  };
+  const pid_t dead = child(false);
+  waitpid(dead, nullptr, 0);
+  const pid_t living = child(true);
+  std::array<char, 2> both{};
+  for (char& c : both) ASSERT_EQ(read(ready[0], &c, 1), 1);
+  fs::create_directory(folder_ / ".scatmap-theirs");
+  std::ofstream(folder_ / ".scatmap-tmp-file") << "a file, not a folder";
+  const pid_t next = fork();  // another process: one looks for leftovers once only
+  if (next == 0) {
+    write_text_file(folder_ / "b.txt", "b", Overwrite::kKeep);
+    _exit(0);
+  }
+  waitpid(next, nullptr, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "b.txt"));
+  EXPECT_TRUE(fs::exists(folder_ / ".scatmap-theirs"));
+  EXPECT_TRUE(fs::exists(folder_ / ".scatmap-tmp-file"));
+  EXPECT_EQ(entries(), 4u) << "b.txt, two that are not ours, and the living process's";
+  close(done[1]);
+  waitpid(living, nullptr, 0);
+  for (const int fd : {ready[0], ready[1], done[0]}) close(fd);
+}
+
+TEST_F(Files, OtherProcessesWriteBetweenCheckAndRename) {
+  OutputFile out(folder_ / "a.txt", Overwrite::kKeep);
+  std::ofstream(out.temporary()) << "mine";
+  std::ofstream(folder_ / "a.txt") << "theirs";
+  EXPECT_THROW(rename_whole(out.temporary(), folder_ / "a.txt", Overwrite::kKeep), Error);
+  EXPECT_EQ(read_text_file(folder_ / "a.txt"), "theirs");
+}
+
+TEST_F(Files, InputThatChangedIsNoticed) {
+  const fs::path file = folder_ / "in";
+  std::ofstream(file) << "one";
+  const FileState before = file_state(file);
+  EXPECT_NO_THROW(record_input(file, before));
+  std::ofstream(file) << "longer";
+  EXPECT_THROW(record_input(file, before), Error);
+  const FileState longer = file_state(file);
+  write_text_file(file, "other!", Overwrite::kForce);  // as long as before, another file
+  EXPECT_THROW(require_unchanged(file, longer), Error);
+  fs::remove(file);
+  EXPECT_THROW(require_unchanged(file, longer), Error);
 }
 
 TEST_F(Files, Sha256OfFips180Examples) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "scatmap/base/error.h"
 
 namespace scatmap {
@@ -67,6 +69,26 @@ TEST(TomlTable, SyntaxErrorsHaveALine) {
   EXPECT_EQ(message([] { TomlTable::parse("a = 1\nb = = 2\n", "f.toml"); }).rfind("f.toml:2: is not valid TOML", 0),
             0u);
   EXPECT_NE(message([] { TomlTable::parse("a = 1\na = 2\n", "f.toml"); }), "no error");
+}
+
+// toml++ overflowed the stack with that many tables in each other.
+TEST(TomlTable, KeysOfAMillionPartsAreRefused) {
+  std::string key = "a", quoted = "'='";
+  for (int i = 0; i < 1000000; ++i) key += ".a";
+  for (int i = 0; i < 1000000; ++i) quoted += R"( . "#\"")";
+  for (const std::string& text :
+       {key + " = 1\n", "[" + key + "]\n", "[[" + key + "]]\n", quoted + " = 1\n", "a = {" + key + " = 1}\n",
+        "a = \"\"\"\n\"\"\"\n" + key + " = 1\n", "a = 'b' # '\n" + key + " = 1\n", "a = '''\\'''\n" + key + " = 1\n"}) {
+    const auto line = 1 + std::count(text.begin(), text.end() - 1, '\n');
+    EXPECT_EQ(message([&] { TomlTable::parse(text, "deep.toml"); }),
+              "deep.toml:" + std::to_string(line) + ": has a key of too many parts")
+        << text.substr(0, 20);
+  }
+  EXPECT_THROW(TomlTable::parse("a = " + std::string(100000, '['), "deep.toml"), Error);
+  std::string numbers = "a = [0.5";
+  for (int i = 0; i < 1000; ++i) numbers += ", 0.5";
+  const std::string dots(100, '.');
+  EXPECT_NO_THROW(TomlTable::parse(numbers + "]\nb = \"" + dots + "\" # " + dots + "\nc = 1.5", "a.toml"));
 }
 
 }  // namespace

@@ -129,5 +129,27 @@ TEST(Poni, ReadsVersion1AndRefusesTheRest) {
   EXPECT_NE(refusal("PixelSize1: 1e-4\nPixelSize2: x\n").find("PixelSize2"), std::string::npos);
 }
 
+// Numbers that do not fit an int were read as other numbers, and printing a value nested without end overflowed the
+// stack.
+TEST(ExportPoni, RefusesShapesThatAreNone) {
+  const auto said = [](const std::string& shape) {
+    try {
+      parse_poni("poni_version: 2\nDetector_config: {\"pixel1\": 1e-4, \"pixel2\": 1e-4, " + shape +
+                     "}\nDistance: 1\nPoni1: 0\nPoni2: 0\nRot1: 0\nRot2: 0\nRot3: 0\n",
+                 "a.poni");
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(said("\"max_shape\": [4, 6]"), "accepted");
+  for (const char* shape : {"[4294967297, 6]", "[4, -6]", "[0, 6]", "[4, 6.5]", "[18446744073709551615, 6]", "[4]"}) {
+    EXPECT_NE(said(std::string("\"max_shape\": ") + shape).find("max_shape"), std::string::npos) << shape;
+  }
+  const std::string deep = std::string(1000000, '[') + std::string(1000000, ']');
+  EXPECT_NE(said("\"max_shape\": " + deep).find("max_shape"), std::string::npos);
+  EXPECT_NE(said("\"orientation\": " + deep).find("orientation"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace scatmap::calib

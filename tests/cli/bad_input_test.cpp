@@ -1,12 +1,15 @@
 // Bad inputs: the tool must end with status 1 (bad data) or 2 (bad usage), say what is wrong in one line of standard
 // error that names file and key, print nothing on standard output, and leave every file in its folder as it was.
 // Does not prove that every bad input is refused, that a message helps beyond the parts looked for, or that nothing is
-// left outside the folder and TMPDIR. Running out of memory or disk is not tried.
+// left outside the folder and TMPDIR. Running out of memory, disk or files: tests/faults.
+#include "cli/bad_answers.h"
+#include "cli/bad_calibrations.h"
 #include "cli/bad_frames.h"
 #include "cli/bad_instruments.h"
 #include "cli/bad_measurements.h"
 #include "cli/bad_models.h"
 #include "cli/bad_scenes.h"
+#include "cli/bad_spots.h"
 #include "cli/bad_usage.h"
 
 namespace scatmap::test {
@@ -16,8 +19,9 @@ namespace {
 const std::set<std::string> kKnownWrong{};
 
 std::vector<std::vector<BadInput>> all_tables() {
-  return {bad_usage(),        bad_outputs(), bad_scenes(), bad_instruments(),
-          bad_measurements(), bad_frames(),  bad_models(), bad_comparisons()};
+  return {bad_usage(),   bad_outputs(),       bad_scenes(),      bad_instruments(),  bad_measurements(),
+          bad_frames(),  bad_models(),        bad_comparisons(), bad_calibrations(), bad_spots(),
+          bad_sensors(), bad_uncertainties(), bad_charts()};
 }
 
 TEST(BadInput, Usage) { check_table(bad_usage(), kKnownWrong); }
@@ -28,6 +32,12 @@ TEST(BadInput, Measurements) { check_table(bad_measurements(), kKnownWrong); }
 TEST(BadInput, Frames) { check_table(bad_frames(), kKnownWrong); }
 TEST(BadInput, Models) { check_table(bad_models(), kKnownWrong); }
 TEST(BadInput, Comparisons) { check_table(bad_comparisons(), kKnownWrong); }
+
+TEST(BadInput, Calibrations) { check_table(bad_calibrations(), kKnownWrong); }
+TEST(BadInput, Spots) { check_table(bad_spots(), kKnownWrong); }
+TEST(BadInput, Sensors) { check_table(bad_sensors(), kKnownWrong); }
+TEST(BadInput, Uncertainties) { check_table(bad_uncertainties(), kKnownWrong); }
+TEST(BadInput, Charts) { check_table(bad_charts(), kKnownWrong); }
 
 TEST(BadInput, EveryCaseHasItsOwnNameAndTheKnownWrongOnesAreCases) {
   std::set<std::string> names;

@@ -1,7 +1,9 @@
 // Odd but legal file names are plain files to every verb: whatever the shell, CFITSIO's extended file names, TOML or
 // HISTORY cards might make of them, the output appears under exactly the name asked for and nothing else is touched.
 // Does not prove it for every name, nor that other programs can open such files.
-#include "cli/bad_input.h"
+#include <sstream>
+
+#include "cli/bad_calibrations.h"
 
 namespace scatmap::test {
 namespace {
@@ -51,6 +53,14 @@ void expect_only(const Lab& lab, const std::vector<std::string>& command, const 
   EXPECT_EQ(run.status, 0);
   EXPECT_EQ(run.err, "");
   EXPECT_EQ(changes(before, lab.contents()), std::vector<std::string>{"wrote " + output});
+}
+
+// The list of targets must be readable again, whatever its own and its frames' names.
+void expect_refers_to(const Lab& lab, const std::string& csv, std::size_t targets) {
+  std::istringstream lines(lab.read(csv));
+  std::size_t data = 0;
+  for (std::string line; std::getline(lines, line);) data += !line.empty() && line.front() != '#';
+  EXPECT_EQ(data, targets + 1) << lab.read(csv);
 }
 
 class Names : public testing::Test {
@@ -105,6 +115,49 @@ TEST_F(Names, OfFolders) {
         run_tool({"brdf", "--output=out.fits", "--json", "--", name + "/measurement.toml"}, lab.folder());
     EXPECT_EQ(again.status, 0) << again.err;
     EXPECT_TRUE(fs::is_regular_file(lab.path("out.fits")));
+  }
+}
+
+TEST_F(Names, OfTargetsSpotsAndCalibrations) {
+  for (const std::string& name : kNames) {
+    SCOPED_TRACE(name);
+    const Lab lab = maker_.fresh_copy();
+    lab.write(name, kTargets);
+    expect_only(lab, {"calibrate", "--instrument=instrument.toml", "--output=" + name + ".toml", "--", name},
+                name + ".toml");
+    const ToolRun again =
+        run_tool({"angles", "--output=out.fits", "--stage-deg=20", "--arm-deg=40", "--", name + ".toml"}, lab.folder());
+    EXPECT_EQ(again.status, 0) << again.err;
+    const bool in_csv = name.find_first_of(",\"\n\r") == std::string::npos;
+    const std::string frame = in_csv ? name + ".frame" : "frame";
+    fs::copy_file(lab.path("frames/signature_001.fits"), lab.path(frame));
+    expect_only(lab,
+                {"spots", "--instrument=instrument.toml", "--kind=direct", "--stage-deg=0", "--arm-deg=180",
+                 "--tilt-deg=0", "--output=" + name + ".csv", "--", frame},
+                name + ".csv");
+    expect_refers_to(lab, name + ".csv", 1);
+  }
+}
+
+TEST_F(Names, OfMapsThatAreAskedOrCompared) {
+  for (const std::string& name : kNames) {
+    SCOPED_TRACE(name);
+    const Lab lab = maker_.fresh_copy();
+    fs::copy_file(lab.path("maps/measured.fits"), lab.path(name));
+    for (const std::string form : {"--json", "--target-percent=5"}) {
+      const ToolRun asked = run_tool({"uncertainty", "--pixel=20,30", form, "--", name}, lab.folder());
+      EXPECT_EQ(asked.status, 0) << asked.err;
+    }
+    const ToolRun compared =
+        run_tool({"compare", "--output=" + name + ".d", "--pictures=none", "--json", "--", name, "maps/modelled.fits"},
+                 lab.folder());
+    EXPECT_EQ(compared.status, 0) << compared.err;
+    EXPECT_TRUE(fs::is_regular_file(lab.path(name + ".d/comparison.json")));
+    const ToolRun spots =
+        run_tool({"spots", "--instrument=instrument.toml", "--kind=direct", "--stage-deg=0", "--arm-deg=180", "--json",
+                  "--output=" + name + ".csv", "frames/signature_001.fits"},
+                 lab.folder());
+    EXPECT_EQ(spots.status, 0) << spots.err;
   }
 }
 

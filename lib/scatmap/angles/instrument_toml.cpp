@@ -14,6 +14,22 @@ std::string list(std::initializer_list<double> inside, double unit) {
   return text + "]";
 }
 
+// A TOML basic string: quotes, backslashes and control characters as codes.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (static_cast<unsigned char>(c) >= ' ' && c != 0x7f && c != '"' && c != '\\') {
+      out += c;
+      continue;
+    }
+    constexpr const char* kDigits = "0123456789abcdef";
+    out += "\\u00";
+    out += kDigits[c >> 4];
+    out += kDigits[c & 15];
+  }
+  return out + "\"";
+}
+
 std::string line(const std::string& key, const std::string& value) { return key + " = " + value + "\n"; }
 
 // A basic string: every character that TOML does not allow in one is escaped.
@@ -72,7 +88,7 @@ std::string sensor_text(const Sensor& s) {
 
 std::string calibration_text(const Calibration& c) {
   std::string t = "\n[calibration]\nparameters = [";
-  for (std::size_t i = 0; i < c.parameters.size(); ++i) t += (i == 0 ? "\"" : ", \"") + c.parameters[i] + "\"";
+  for (std::size_t i = 0; i < c.parameters.size(); ++i) t += (i == 0 ? "" : ", ") + quoted(c.parameters[i]);
   t += "]\ncovariance = [\n";
   for (Eigen::Index i = 0; i < c.covariance.rows(); ++i) {
     for (Eigen::Index j = 0; j < c.covariance.cols(); ++j)
@@ -81,7 +97,7 @@ std::string calibration_text(const Calibration& c) {
   }
   t += "]\n";
   for (const LeftOutParameter& p : c.left_out) {
-    t += "\n[[calibration.left_out]]\nname = \"" + p.name + "\"\nreason = \"" + p.reason + "\"\n";
+    t += "\n[[calibration.left_out]]\nname = " + quoted(p.name) + "\nreason = " + quoted(p.reason) + "\n";
     if (p.bound_px) t += line("bound_px", number_text(*p.bound_px));
   }
   return t;

@@ -12,6 +12,7 @@
 #include <optional>
 #include <vector>
 
+#include "scatmap/angles/lens_file.h"
 #include "scatmap/angles/lens_module.h"
 #include "scatmap/angles/opencv_lens.h"
 #include "scatmap/base/error.h"
@@ -39,7 +40,7 @@ std::vector<fs::path> module_folders() {
 
 // The module's functions. Opened once and never closed: mrcal is not made for unloading.
 struct Module {
-  decltype(&scatmap_lens_read) read = nullptr;
+  decltype(&scatmap_lens_parse) parse = nullptr;
   decltype(&scatmap_lens_free) free = nullptr;
   decltype(&scatmap_lens_columns) columns = nullptr;
   decltype(&scatmap_lens_rows) rows = nullptr;
@@ -60,7 +61,7 @@ Module open_module(const fs::path& file) {
   if (library == nullptr)
     throw Error({file.string(), "cannot be loaded", dlerror(), "mrcal's library: apt-get install libmrcal2"});
   Module m;
-  find_symbol(library, "scatmap_lens_read", file, m.read);
+  find_symbol(library, "scatmap_lens_parse", file, m.parse);
   find_symbol(library, "scatmap_lens_free", file, m.free);
   find_symbol(library, "scatmap_lens_columns", file, m.columns);
   find_symbol(library, "scatmap_lens_rows", file, m.rows);
@@ -124,9 +125,10 @@ using Lens = std::unique_ptr<scatmap_lens, void (*)(scatmap_lens*)>;
 Lens read_lens(const fs::path& path, int columns, int rows) {
   if (!fs::is_regular_file(path))
     throw Error({path.string(), "does not exist or is no file", {}, "an mrcal .cameramodel file"});
+  const std::string text = to_cameramodel(read_lens_file(path));
   module();  // what is wrong with the module itself is no matter of the file
   StandardErrorCatcher mrcal;
-  Lens lens(module().read(path.c_str()), module().free);
+  Lens lens(module().parse(text.c_str()), module().free);
   const std::string said = mrcal.said();
   if (!lens) throw Error({path.string(), "is no camera model that mrcal can read", said, "an mrcal .cameramodel file"});
   const int c = module().columns(lens.get()), r = module().rows(lens.get());

@@ -8,8 +8,9 @@ extern "C" {
 
 struct scatmap_lens;
 
-/// @return a camera model, to be freed by scatmap_lens_free; null if mrcal cannot read the file (it says why on stderr)
-scatmap_lens* scatmap_lens_read(const char* path);
+/// @param text a .cameramodel as to_cameramodel(LensFile) writes it, never a file's own text: mrcal's reader trusts it.
+/// @return a camera model, to be freed by scatmap_lens_free; null if mrcal cannot read it (it says why on stderr)
+scatmap_lens* scatmap_lens_parse(const char* text);
 void scatmap_lens_free(scatmap_lens* lens);
 int scatmap_lens_columns(const scatmap_lens* lens);
 int scatmap_lens_rows(const scatmap_lens* lens);

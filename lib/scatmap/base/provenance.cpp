@@ -68,7 +68,9 @@ InputRecord InputHash::record(const std::filesystem::path& path) {
   return {utf8_text(path.string()), hex};
 }
 
-InputRecord record_input(const std::filesystem::path& path) {
+InputRecord record_input(const std::filesystem::path& path) { return record_input(path, file_state(path)); }
+
+InputRecord record_input(const std::filesystem::path& path, const FileState& as_read) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw Error({path.string(), "cannot be read", {}, {}});
   InputHash hash;
@@ -76,6 +78,7 @@ InputRecord record_input(const std::filesystem::path& path) {
   while (stream.read(block.data(), static_cast<std::streamsize>(block.size())) || stream.gcount() > 0) {
     hash.add({reinterpret_cast<const unsigned char*>(block.data()), static_cast<std::size_t>(stream.gcount())});
   }
+  require_unchanged(path, as_read);
   return hash.record(path);
 }
 

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "scatmap/base/file_state.h"
+
 namespace scatmap {
 
 /// The version of the library, "0.1.0".
@@ -42,7 +44,9 @@ class InputHash {
   std::unique_ptr<State> state_;
 };
 
-/// SHA-256 (FIPS 180-4) of a file's bytes. @throws Error if it cannot be read
+/// SHA-256 (FIPS 180-4) of a file's bytes. @throws Error if it cannot be read or changes meanwhile
 InputRecord record_input(const std::filesystem::path& path);
+/// The same for a file that was read before. @throws Error also if it is not as it was then
+InputRecord record_input(const std::filesystem::path& path, const FileState& as_read);
 
 }  // namespace scatmap

@@ -11,6 +11,7 @@
 #include <set>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "scatmap/base/error.h"
 
@@ -56,11 +57,25 @@ bool is_ours(int fd, const fs::path& path) {
          by_fd.st_dev == by_name.st_dev && by_fd.st_uid == geteuid();
 }
 
+// With one open file at a time, for there may be no second.
+void remove_tree(const fs::path& folder) {
+  std::error_code failed;
+  std::vector<fs::directory_entry> entries;
+  for (fs::directory_iterator i(folder, failed), end; !failed && i != end; i.increment(failed)) entries.push_back(*i);
+  for (const fs::directory_entry& e : entries) {
+    if (fs::is_directory(e.symlink_status(failed))) {
+      remove_tree(e.path());
+    } else {
+      unlink(e.path().c_str());
+    }
+  }
+  rmdir(folder.c_str());
+}
+
 void remove_if_abandoned(const fs::path& folder) {
   const Descriptor fd(folder);
   if (fd.get() < 0 || flock(fd.get(), LOCK_EX | LOCK_NB) != 0 || !is_ours(fd.get(), folder)) return;
-  std::error_code ignored;
-  fs::remove_all(folder, ignored);
+  remove_tree(folder);
 }
 
 void sweep(const fs::path& parent) {
@@ -113,12 +128,11 @@ TemporaryFolder::TemporaryFolder(const fs::path& parent, const std::string& targ
 }
 
 TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
+  close(lock_);  // the one open file that removing needs
+  remove_tree(path_);
   Registry& all = registry();
   const std::lock_guard lock(all.mutex);
   all.folders.erase(path_);
-  close(lock_);
 }
 
 void abandon_temporary_folders() noexcept {
@@ -129,7 +143,7 @@ void abandon_temporary_folders() noexcept {
     const fs::path gone = folder.string() + "-gone";
     std::error_code ignored;
     fs::rename(folder, gone, ignored);
-    fs::remove_all(gone, ignored);
+    remove_tree(gone);
   }
 }
 

@@ -68,6 +68,43 @@ double checked_number(const toml::node& node, const std::string& where, const Nu
   return *value;
 }
 
+// Where the string that begins at `at` ends: behind its closing quotes, or where it cannot go on.
+std::size_t end_of_string(const std::string& text, std::size_t at) {
+  const char quote = text[at];
+  const std::string triple(3, quote);
+  const bool multi_line = text.compare(at, 3, triple) == 0;
+  for (at += multi_line ? 3 : 1; at < text.size(); ++at) {
+    if (text[at] == '\\' && quote == '"') {
+      ++at;
+    } else if (multi_line ? text.compare(at, 3, triple) == 0 : text[at] == quote) {
+      return at + (multi_line ? 3 : 1);
+    } else if (text[at] == '\n' && !multi_line) {
+      return at;
+    }
+  }
+  return text.size();
+}
+
+// A dotted key of a million parts makes a million tables in each other, and toml++ walks them by recursion: the stack
+// would overflow.
+void refuse_long_keys(const std::string& text, const std::string& name) {
+  constexpr int kMostDots = 16;
+  int dots = 0;
+  for (std::size_t i = 0; i < text.size();) {
+    const char c = text[i];
+    if (c == '"' || c == '\'') {
+      i = end_of_string(text, i);
+      continue;
+    }
+    if (c == '.' && ++dots > kMostDots) {
+      const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(i), '\n');
+      throw Error({name + ":" + std::to_string(line), "has a key of too many parts", {}, {}});
+    }
+    if (std::string_view("=,[]{}\n#").find(c) != std::string_view::npos) dots = 0;
+    i = c == '#' ? std::min(text.find('\n', i), text.size()) : i + 1;
+  }
+}
+
 }  // namespace
 
 TomlTable::TomlTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node)
@@ -77,6 +114,7 @@ TomlTable TomlTable::parse(const std::string& text, const std::string& name) {
   auto document = std::make_shared<Document>();
   document->name = name;
   document->folder = std::filesystem::path(name).parent_path();
+  refuse_long_keys(text, name);
   try {
     document->root = toml::parse(text, name);
   } catch (const toml::parse_error& e) {

@@ -176,6 +176,8 @@ FitsHdu checked_hdu(FitsHeader&& header, long long file_bytes) {
   const bool plain_image = type.empty() || type == "IMAGE";
   if (plain_image) check_image(h, !type.empty());
   hdu.data_bytes = data_bytes_of(hdu, plain_image, file_bytes);
+  // CFITSIO reserves memory for what TFIELDS says before it looks for the columns.
+  if (type == "BINTABLE" || type == "TABLE") limited(h, "TFIELDS", 0, kMaxFitsColumns);
   hdu.image = plain_image && hdu.data_bytes > 0;
   const std::string number = "HDU " + std::to_string(h.hdu());
   hdu.name = h.hdu() == 1 ? "primary" : h.find("EXTNAME") != nullptr ? h.text("EXTNAME").value_or(number) : number;

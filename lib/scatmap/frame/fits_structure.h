@@ -14,6 +14,8 @@ inline constexpr int kMaxFitsHeaderBlocks = 1000;
 /// Most axes and longest axis of any HDU.
 inline constexpr long long kMaxFitsAxes = 8;
 inline constexpr long long kMaxFitsAxis = 2147483647;
+/// Most columns of a table (standard, section 7).
+inline constexpr long long kMaxFitsColumns = 999;
 
 /// One header and its data, as far as the layout of the file goes.
 struct FitsHdu {
@@ -31,7 +33,8 @@ struct FitsHdu {
 /// Bytes after the last HDU that do not begin an extension are tolerated.
 /// @return every HDU in order, the primary first
 /// @throws Error naming file, HDU and card: no END, wrong order, duplicate or contradicting keywords, BITPIX or NAXIS
-/// out of range, data that the file is too short for, random groups, tile compression
+/// out of range, data that the file is too short for, random groups, tile compression,
+/// a table without TFIELDS from 0 to 999
 std::vector<FitsHdu> check_fits_structure(const std::filesystem::path& path);
 
 }  // namespace scatmap

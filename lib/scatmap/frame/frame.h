@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "scatmap/base/file_state.h"
 #include "scatmap/base/grid.h"
 #include "scatmap/base/provenance.h"
 
@@ -26,6 +27,7 @@ struct Frame {
   double quantum_dn = 1;  ///< step between neighbouring values; 0 for floating-point files
   std::filesystem::path file;
   FrameHeader header;
+  FileState state{};  ///< of the file when it was read
 };
 
 /// Most pixels a frame may have: 2^30 (a 32768 × 32768 sensor).
@@ -39,7 +41,8 @@ void require_fits_file(const std::filesystem::path& path);
 /// Reads a raw frame by its content, not its name: FITS (plain images of BITPIX 8, 16, 32, −32, −64; the primary image,
 /// or the only image extension), TIFF (one page, grey, 8 or 16 bit unsigned or 32 bit float), PNG (grey, 8 or 16 bit),
 /// PGM (P5, maxval to 65535, and P2). Nothing is scaled but FITS BZERO/BSCALE; FITS BLANK becomes NaN.
-/// @throws Error with the true reason: missing, empty, truncated, compressed, colour, several images, wrong type
+/// @throws Error with the true reason: missing, empty, truncated, compressed, colour, several images, wrong type, changed
+/// while it was read
 Frame read_frame(const std::filesystem::path& path);
 
 /// A frame and the checksum of the file it came from; a plain FITS file is read once for both.

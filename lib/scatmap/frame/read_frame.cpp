@@ -102,9 +102,14 @@ RecordedFrame read_recorded_frame(const std::filesystem::path& path) {
 
 Frame read_frame(const std::filesystem::path& path) {
   check_is_file(path);
+  const FileState before = file_state(path);
   const std::string begin = first_bytes(path);
   for (const auto& format : kReadable) {
-    if (begin.starts_with(format.magic)) return format.read(path);
+    if (!begin.starts_with(format.magic)) continue;
+    Frame frame = format.read(path);
+    require_unchanged(path, before);
+    frame.state = before;
+    return frame;
   }
   refuse_known_format(path, begin);
   throw Error({path.string(), "is not a frame scatmap can read", "", "FITS, TIFF, PNG or PGM"});

@@ -6,11 +6,15 @@
 #include <string>
 #include <vector>
 
+#include "scatmap/base/file_state.h"
 #include "scatmap/base/grid.h"
 #include "scatmap/base/mask.h"
 #include "scatmap/base/output_file.h"
 
 namespace scatmap {
+
+/// Most rows of a table that is read: an instrument file's lines, causes, frames.
+inline constexpr long kMaxFitsTableRows = 1000000;
 
 /// Pixel type on disk.
 enum class FitsPixels { kFloat, kDouble };
@@ -69,6 +73,8 @@ class FitsReader {
   bool has(const std::string& hdu_name);
   /// Extension names in file order.
   std::vector<std::string> names() const { return names_; }
+  /// To be called when all is read. @throws Error if the file changed meanwhile
+  void require_unchanged() const { scatmap::require_unchanged(path_, state_); }
   Grid<double> image_double(const std::string& hdu_name);
   Grid<float> image_float(const std::string& hdu_name);
   Grid<Mask> image_mask(const std::string& hdu_name);
@@ -86,6 +92,7 @@ class FitsReader {
   long row_count(const std::string& hdu_name);
 
   std::filesystem::path path_;
+  FileState state_;
   struct Handle;
   std::unique_ptr<Handle> fits_;
   std::vector<std::string> names_;

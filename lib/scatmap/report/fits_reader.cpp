@@ -16,6 +16,7 @@ struct FitsReader::Handle {
 
 FitsReader::FitsReader(const std::filesystem::path& path) : path_(path), fits_(std::make_unique<Handle>()) {
   require_fits_file(path);
+  state_ = file_state(path);
   for (const FitsHdu& hdu : check_fits_structure(path)) names_.push_back(hdu.header.text("EXTNAME").value_or(hdu.name));
   // Absolute: CFITSIO drops leading blanks and expands a leading tilde, even of files on disk.
   check(fits_open_diskfile(&fits_->file, std::filesystem::absolute(path).c_str(), READONLY, &fits_->status), "open it");
@@ -86,6 +87,10 @@ int FitsReader::column_number(const std::string& hdu_name, const std::string& co
 long FitsReader::row_count(const std::string& hdu_name) {
   long rows = 0;
   check(fits_get_num_rows(fits_->file, &rows, &fits_->status), "count the rows of " + hdu_name);
+  if (rows > kMaxFitsTableRows) {
+    throw Error({path_.string() + ": " + hdu_name, "has too many rows", std::to_string(rows),
+                 "at most " + std::to_string(kMaxFitsTableRows)});
+  }
   return rows;
 }
 

@@ -45,23 +45,31 @@ MapView read_view(FitsReader& fits, const std::string& file) {
   return view;
 }
 
-Eigen::MatrixXd read_correlation(FitsReader& fits, std::size_t causes) {
+constexpr std::size_t kMostCauses = 1000;  // their correlations are a square matrix
+
+Eigen::MatrixXd read_correlation(FitsReader& fits, const std::string& file, std::size_t causes) {
   const auto size = static_cast<Eigen::Index>(causes);
   Eigen::MatrixXd out = Eigen::MatrixXd::Identity(size, size);
   const auto first = fits.number_column("COMMON_CORRELATION", "CAUSE_A"),
              second = fits.number_column("COMMON_CORRELATION", "CAUSE_B");
   const auto rho = fits.number_column("COMMON_CORRELATION", "CORRELATION");
+  const auto is_row = [&](double row) { return row >= 1 && row <= static_cast<double>(causes); };
   for (std::size_t i = 0; i < rho.size(); ++i) {
+    if (!is_row(first[i]) || !is_row(second[i]) || !(std::abs(rho[i]) <= 1))
+      throw Error(
+          {file + ": COMMON_CORRELATION, row " + std::to_string(i + 1), "is no correlation of two causes", {}, {}});
     const auto a = static_cast<Eigen::Index>(first[i]) - 1, b = static_cast<Eigen::Index>(second[i]) - 1;
-    if (a >= 0 && b >= 0 && a < size && b < size) out(a, b) = out(b, a) = rho[i];
+    out(a, b) = out(b, a) = rho[i];
   }
   return out;
 }
 
-ScaleBudget read_scale(FitsReader& fits) {
+ScaleBudget read_scale(FitsReader& fits, const std::string& file) {
   ScaleBudget out;
   const auto names = fits.text_column("COMMON", "CAUSE"), distributions = fits.text_column("COMMON", "DISTRIBUTION");
   if (names.empty()) return out;
+  if (names.size() > kMostCauses)
+    throw Error({file + ": COMMON", "has too many rows", std::to_string(names.size()), std::to_string(kMostCauses)});
   const auto half_widths = fits.number_column("COMMON", "HALF_WIDTH"),
              sensitivities = fits.number_column("COMMON", "SENSITIVITY");
   const auto is_filter = fits.number_column("COMMON", "IS_FILTER"),
@@ -70,7 +78,7 @@ ScaleBudget read_scale(FitsReader& fits) {
     out.causes.push_back(
         {names[i], distribution_from(distributions[i]), half_widths[i], sensitivities[i], is_filter[i] != 0, below[i]});
   }
-  if (fits.has("COMMON_CORRELATION")) out.correlation = read_correlation(fits, names.size());
+  if (fits.has("COMMON_CORRELATION")) out.correlation = read_correlation(fits, file, names.size());
   return out;
 }
 
@@ -96,7 +104,9 @@ void require_shape(const BrdfMap& map, int rows, int columns, const std::string&
 
 MapView read_map_view(const std::filesystem::path& path) {
   FitsReader fits(path);
-  return read_view(fits, path.string());
+  MapView view = read_view(fits, path.string());
+  fits.require_unchanged();
+  return view;
 }
 
 BrdfMap read_map_fits(const std::filesystem::path& path) {
@@ -122,7 +132,8 @@ BrdfMap read_map_fits(const std::filesystem::path& path) {
   }
   for (const StructuredCause& s : map.structured)
     require_shape(map, s.sensitivity_per_sr.rows(), s.sensitivity_per_sr.columns(), file, s.name);
-  map.scale = read_scale(fits);
+  map.scale = read_scale(fits, file);
+  fits.require_unchanged();
   map.angles = angle_map(map.instrument, map.pose);
   return map;
 }
