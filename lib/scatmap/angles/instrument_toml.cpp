@@ -32,22 +32,6 @@ std::string quoted(const std::string& text) {
 
 std::string line(const std::string& key, const std::string& value) { return key + " = " + value + "\n"; }
 
-// A basic string: every character that TOML does not allow in one is escaped.
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) {
-      out += c;
-      continue;
-    }
-    char escape[8];
-    std::snprintf(escape, sizeof escape, "\\u%04X", static_cast<unsigned>(static_cast<unsigned char>(c)));
-    out += escape;
-  }
-  return out + "\"";
-}
-
 std::string detector_text(const Instrument& in) {
   const Geometry<double>& g = in.geometry;
   std::string t = "[detector]\n" + line("columns", std::to_string(in.columns)) + line("rows", std::to_string(in.rows));

@@ -96,8 +96,16 @@ void require_fits_file(const std::filesystem::path& path) {
 
 RecordedFrame read_recorded_frame(const std::filesystem::path& path) {
   check_is_file(path);
-  if (first_bytes(path).starts_with("SIMPLE")) return read_recorded_fits(path);
-  return {read_frame(path), record_input(path)};
+  const FileState before = file_state(path);
+  if (first_bytes(path).starts_with("SIMPLE")) {
+    RecordedFrame out = read_recorded_fits(path);
+    require_unchanged(path, before);
+    out.frame.state = before;
+    return out;
+  }
+  Frame frame = read_frame(path);
+  InputRecord record = record_input(path, frame.state);
+  return {std::move(frame), std::move(record)};
 }
 
 Frame read_frame(const std::filesystem::path& path) {
