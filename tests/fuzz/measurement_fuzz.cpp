@@ -14,6 +14,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (kReady) kFile.fill(data, size);
   return fuzz::run([] {
     const scatmap::Measurement m = scatmap::read_measurement(kFile.path());
-    for (const scatmap::Exposure& e : m.exposures) scatmap::exposure_scale(m, e, 0.01);
+    for (const scatmap::Exposure& e : m.exposures) scatmap::exposure_scale(m, e, {0.01, {}});
   });
 }

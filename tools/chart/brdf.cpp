@@ -159,7 +159,7 @@ void add_rows(const BrdfScene& s, double seconds, Chart& chart) {
     for (const PoseTiles* pose : {&tiles, static_cast<const PoseTiles*>(nullptr)}) {
       FusedPlanes planes;  // filled again each time: no fresh memory is touched
       rows.add(
-          pose != nullptr ? "fused" : "fused, no u_pose", threads,
+          pose != nullptr ? "fused" : "fused without pose", threads,
           [&]() -> const FusedPlanes& {
             fused_map(s.fused_frames(), {view, nullptr, pose}, {}, planes);
             return planes;
