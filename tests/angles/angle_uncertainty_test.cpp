@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 #include "tests/support/random_instrument.h"
 
@@ -98,6 +99,17 @@ TEST(AngleUncertainty, NoneWithoutACalibrationAndNanWhereMasked) {
   Grid<Mask> mask(81, 101, Mask{0});
   mask(1, 2) = kBelowHorizon;
   EXPECT_TRUE(std::isnan(angle_uncertainty(in, {0.3, 0.6}, mask)->theta_s_rad(1, 2)));
+}
+
+// The default tolerance of the angle methods hangs on it.
+TEST(AngleUncertainty, TheSmallestDirectionSigmaIsThatOfTheMap) {
+  Instrument in = test::instrument_of(bench());
+  EXPECT_FALSE(smallest_direction_sigma_px(in, {0.5, 1.1}).has_value());
+  in.calibration = calibration();
+  const auto u = angle_uncertainty(in, {0.5, 1.1}, Grid<Mask>(81, 101, Mask{0}));
+  ASSERT_TRUE(u.has_value());
+  const double smallest = *std::min_element(u->direction_px.begin(), u->direction_px.end());
+  EXPECT_NEAR(*smallest_direction_sigma_px(in, {0.5, 1.1}), smallest, 0.02 * smallest);
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ std::string lines_text(const Chart& chart, const Box& box) {
   for (const ChartLine& line : chart.error_lines) {
     out += "set arrow from " + number_text(box.left) + "," + number_text(line.value) + " to " + number_text(box.right) +
            "," + number_text(line.value) + " nohead dt 4 lc rgb '#b2182b'\n";
-    out += label_at(line.label, box.left, line.value, "left offset 0.5,0.6 font ',11' tc rgb '#b2182b'");
+    out += label_at(line.label, box.right, line.value, "right offset -0.5,0.6 font ',11' tc rgb '#b2182b'");
   }
   return out;
 }

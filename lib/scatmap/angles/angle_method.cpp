@@ -6,8 +6,10 @@
 #include <limits>
 
 #include "scatmap/angles/angle_row.h"
+#include "scatmap/angles/direction_pixels.h"
 #include "scatmap/angles/frame_extent.h"
 #include "scatmap/angles/linear_map.h"
+#include "scatmap/angles/opencv_lens.h"
 #include "scatmap/base/parallel_rows.h"
 
 namespace scatmap {
@@ -118,6 +120,9 @@ std::span<const MethodBound> angle_bounds() {
       MethodBound{"angles", "single", "direction", kReference, kDomain, "rad", kSingleMaxError_rad},
       MethodBound{"angles", "single", "solid angle", kReference, kDomain, "relative", kSingleSolidAngleMaxError},
       MethodBound{"angles", "single", "cos theta", kReference, kDomain, "1", kSingleCosineMaxError},
+      MethodBound{"inverse", "vector", "direction", "long double, the same view", kDomain, "rad", kInverseMaxError_rad},
+      MethodBound{"lens", "Newton", "ray", "forward model in long double", "OPENCV4, 5, 8 and 12", "px",
+                  kLensMaxError_px},
   };
   return kBounds;
 }

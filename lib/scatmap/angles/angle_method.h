@@ -43,7 +43,8 @@ inline constexpr double kDefaultTolerance_px = 0.001;
 /// With one, to this share of it.
 inline constexpr double kToleranceShare = 0.1;
 
-/// The promises of this room's methods.
+/// The promises of this room's methods, with the inverse and the lens. The bounds of `tile` and `linear` belong to a
+/// frame: with_method.
 std::span<const MethodBound> angle_bounds();
 
 }  // namespace scatmap
