@@ -12,7 +12,7 @@ rsync -a --delete --exclude .build --exclude .git ./ "$copy/"
 cd "$copy"
 cmake --preset release >/dev/null
 number=0 caught=0 survived=0
-while IFS='|' read -r file program expression meaning; do
+while IFS='~' read -r file program expression meaning; do
   case $file in '' | '#'*) continue ;; esac
   number=$((number + 1))
   [ "$number" -ge "$first" ] && [ "$number" -le "$last" ] || continue
