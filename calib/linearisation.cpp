@@ -12,6 +12,9 @@ namespace scatmap::calib {
 namespace {
 
 constexpr double kWorstCondition = 1e9;
+// A column this much shorter than the longest (per mechanical tolerance, both) is rounding: the targets see nothing of
+// it, and stretched to unit length it would pass for a measurement.
+constexpr double kRounding = 1e-11;
 
 // Jacobian with prior rows, and the lengths of its columns.
 struct Scaled {
@@ -26,7 +29,11 @@ Scaled scaled(const Linearisation& at) {
   out.matrix << at.jacobian, Eigen::MatrixXd(at.prior_information.cwiseSqrt().asDiagonal());
   out.length = out.matrix.colwise().norm();
   for (Eigen::Index i = 0; i < n; ++i) {
-    if (out.length[i] > 0) out.matrix.col(i) /= out.length[i];
+    if (out.length[i] > kRounding * out.length.maxCoeff()) {
+      out.matrix.col(i) /= out.length[i];
+    } else {
+      out.matrix.col(i).setZero();
+    }
   }
   return out;
 }

@@ -116,9 +116,10 @@ TEST_F(Files, LeftoversGoAndWorkInProgressStays) {
   EXPECT_TRUE(fs::exists(folder_ / ".scatmap-theirs"));
   EXPECT_TRUE(fs::exists(folder_ / ".scatmap-tmp-file"));
   EXPECT_EQ(entries(), 4u) << "b.txt, two that are not ours, and the living process's";
-  close(done[1]);
+  const char over = 'x';
+  ASSERT_EQ(write(done[1], &over, 1), 1);
   waitpid(living, nullptr, 0);
-  for (const int fd : {ready[0], ready[1], done[0]}) close(fd);
+  for (const int fd : {ready[0], ready[1], done[0], done[1]}) close(fd);
 }
 
 TEST_F(Files, OtherProcessesWriteBetweenCheckAndRename) {

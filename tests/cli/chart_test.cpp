@@ -51,9 +51,9 @@ TEST_F(ChartVerb, OneJobWritesItsTableAndPictures) {
     ASSERT_EQ(row.size(), header.size()) << line;
     EXPECT_EQ(row[0], "inverse");
     EXPECT_GT(std::stod(row[5]), 0) << line;  // ns_min
-    EXPECT_GE(std::stod(row[7]), 0) << line;  // largest_error
-    if (!row[11].empty()) {
-      EXPECT_LE(std::stod(row[7]), std::stod(row[11])) << line;  // bound
+    EXPECT_GE(std::stod(row[8]), 0) << line;  // largest_error
+    if (!row[12].empty()) {
+      EXPECT_LE(std::stod(row[8]), std::stod(row[12])) << line;  // bound
     }
     ++rows;
   }

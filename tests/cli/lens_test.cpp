@@ -129,7 +129,7 @@ TEST_F(LensLab, WrongLensFilesAreNamed) {
   lab_.replace("pinhole.cameramodel", "[ 64, 64 ]", "[ 64, 63 ]");
   expect_refused(angles("lensed.toml"), {"lensed.toml", "pinhole.cameramodel: imagersize", "64 x 63", "64 x 64"});
   lab_.write("pinhole.cameramodel", "no model\n");
-  expect_refused(angles("lensed.toml"), {"pinhole.cameramodel", "no camera model", "leading '{'"});
+  expect_refused(angles("lensed.toml"), {"pinhole.cameramodel", "no camera model", "expected '{'"});
 }
 
 TEST_F(LensLab, CalibrationOfALensIsRefusedAndItsUncertaintyLeftOut) {

@@ -1,9 +1,10 @@
+#include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <random>
 
-#include "scatmap/angles/angle_map.h"
+#include "scatmap/angles/angle_method.h"
+#include "scatmap/angles/frame_extent.h"
 #include "scatmap/base/error.h"
 #include "scatmap/base/units.h"
 #include "tools/chart/scene.h"
@@ -153,23 +154,51 @@ Direction direction_of(const synth::Vec3& v) { return {v.x, v.y, v.z}; }
 struct Angles {
   Grid<double> theta, phi;
   Grid<Mask> mask;
+  double bound_rad = 0;
 };
 
+// At normal incidence phi has no zero: the truth itself is ill-conditioned.
+constexpr double kLeastIncidence_rad = 1e-3;
+
 struct Method {
-  const char* name;
-  double bound_rad;
-  std::function<Angles(const Instrument&, const Pose&)> map;
+  AngleMethod method;
+  std::string name() const { return std::string(to_string(method)); }
 };
 
 std::vector<Method> methods() {
-  return {{"exact", kAngleMaxError_rad, [](const Instrument& in, const Pose& pose) {
-             AngleMap m = angle_map(in, pose);
-             return Angles{std::move(m.theta_s_rad), std::move(m.phi_s_rad), std::move(m.mask)};
-           }}};
+  std::vector<Method> out;
+  for (const AngleMethod m : angle_methods()) out.push_back({m});
+  return out;
+}
+
+Grid<double> widened(const Grid<float>& narrow) {
+  Grid<double> out(narrow.rows(), narrow.columns());
+  std::copy(narrow.begin(), narrow.end(), out.begin());
+  return out;
+}
+
+Angles map_of(AngleMethod method, const Instrument& in, const Pose& pose) {
+  constexpr double kTolerance_px = 0.01;
+  const int rows = in.rows, columns = in.columns;
+  const SampleView view = sample_view(in, pose);
+  const AngleChoice choice = with_method(method, view, rows, columns, kTolerance_px);
+  // From the numbers of the file to the view; the method's own bound is from there on.
+  const FrameExtent extent = frame_extent(view, rows, columns);
+  const double view_bound_rad =
+      kAngleMaxError_rad * extent.spread / std::max(std::sin(incidence_angle(view)), kLeastIncidence_rad);
+  const double bound_rad = choice.bound_rad + view_bound_rad;
+  if (fills_single(method)) {
+    AngleMapOf<float> map{0, {rows, columns}, {rows, columns}, {}, {rows, columns}};
+    write_angle_map(view, choice, map);
+    return {widened(map.theta_s_rad), widened(map.phi_s_rad), std::move(map.mask), bound_rad};
+  }
+  AngleMap map{0, {rows, columns}, {rows, columns}, {}, {rows, columns}};
+  write_angle_map(view, choice, map);
+  return {std::move(map.theta_s_rad), std::move(map.phi_s_rad), std::move(map.mask), bound_rad};
 }
 
 Angles evaluated(const Method& method, const Setup& s) {
-  return method.map(instrument_of(s.bench), {s.stage_deg * kRadPerDeg, s.arm_deg * kRadPerDeg});
+  return map_of(method.method, instrument_of(s.bench), {s.stage_deg * kRadPerDeg, s.arm_deg * kRadPerDeg});
 }
 
 // Largest turn of a direction, between a method's answer and the truth or between two truths.
@@ -236,9 +265,8 @@ StabilityCell cell_of(const Regime& regime, const Method& method) {
   StabilityCell cell;
   cell.job = "angles";
   cell.regime = regime.name;
-  cell.method = method.name;
+  cell.method = method.name();
   cell.unit = "rad";
-  cell.bound = method.bound_rad;
   const Setup& s = regime.setup;
   Angles answer;
   try {
@@ -248,6 +276,7 @@ StabilityCell cell_of(const Regime& regime, const Method& method) {
     cell.reason = e.what();
     return cell;
   }
+  cell.bound = answer.bound_rad;
   const Turn error = error_of(answer, s);
   cell.worst_error = error.largest;
   std::mt19937_64 rng(3);
@@ -259,7 +288,10 @@ StabilityCell cell_of(const Regime& regime, const Method& method) {
   if (truth_ulp > 0) cell.amplification_ulp = answer_ulp / truth_ulp;
   if (truth_sigma > 0) cell.amplification_sigma = answer_sigma / truth_sigma;
   constexpr double kRoundingSteps = 20;  // inputs are rounded when read, converted and combined
-  if (!error.failure.empty()) {
+  if (std::isinf(cell.bound)) {
+    cell.verdict = Verdict::kRefuses;
+    cell.reason = "states no bound here, so that no tolerance picks it";
+  } else if (!error.failure.empty()) {
     cell.reason = error.failure;
   } else if (truth_ulp == 0 && error.largest == 0) {
     cell.verdict = Verdict::kRefuses;

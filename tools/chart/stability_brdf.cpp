@@ -188,8 +188,11 @@ struct Method {
 };
 
 std::vector<Method> methods() {
-  constexpr double kBound = 1e-6;  // rates and variances pass through float32
-  return {{"exact", kBound, [](const Measurement& m) { return brdf_from_frames(m).map; }}};
+  constexpr double kBound = 1e-6;  // variances pass through float32
+  const auto by = [](BrdfMethod method) {
+    return [method](const Measurement& m) { return brdf_from_frames(m, {}, FilterValues::kByOverlap, method).map; };
+  };
+  return {{"fused", kBound, by(BrdfMethod::kFused)}, {"exact", kBound, by(BrdfMethod::kExact)}};
 }
 
 // Worst relative error; says what is wrong otherwise.

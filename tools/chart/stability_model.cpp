@@ -1,5 +1,4 @@
 #include <cmath>
-#include <functional>
 #include <random>
 
 #include "data-synthetic/truth_model.h"
@@ -167,20 +166,25 @@ Model model_of(const ModelTruth& truth) {
   return out;
 }
 
-struct Method {
-  const char* name;
-  double bound;
-  std::function<BrdfMap(const Model&, const Instrument&, const Pose&)> map;
-};
-
-std::vector<Method> methods() {
-  constexpr double kExact = 1e-11;
-  return {{"exact", kExact,
-           [](const Model& model, const Instrument& in, const Pose& pose) { return model_map(model, in, pose); }}};
+std::vector<FrameModelOptions> methods() {
+  constexpr double kTolerance = 1e-6;
+  std::vector<FrameModelOptions> out;
+  for (const ModelMethod m : {ModelMethod::kCulled, ModelMethod::kSingle, ModelMethod::kVector, ModelMethod::kExact})
+    out.push_back({m, kTolerance, false});
+  return out;
 }
 
-BrdfMap evaluated(const Method& method, const Setup& s) {
-  return method.map(model_of(s.model), instrument_of(s.bench), {s.stage_deg * kRadPerDeg, s.arm_deg * kRadPerDeg});
+Pose pose_of(const Setup& s) { return {s.stage_deg * kRadPerDeg, s.arm_deg * kRadPerDeg}; }
+
+BrdfMap evaluated(const FrameModelOptions& method, const Setup& s) {
+  return model_map(model_of(s.model), instrument_of(s.bench), pose_of(s), method);
+}
+
+// The method's own, and what rounding the directions adds to any.
+double bound_of(const FrameModelOptions& method, const Setup& s) {
+  const SampleView view = sample_view(instrument_of(s.bench), pose_of(s));
+  return model_error_bound(method) +
+         model_rounding_error(model_of(s.model), view.to_source, s.bench.distance_mm * 1e-3);
 }
 
 // A direction rounded to double, wherever that leaves it.
@@ -247,13 +251,13 @@ Setup moved(Setup s, Step step) {
   return s;
 }
 
-StabilityCell cell_of(const Regime& regime, const Method& method, const Grid<double>& truth) {
+StabilityCell cell_of(const Regime& regime, const FrameModelOptions& method, const Grid<double>& truth) {
   StabilityCell cell;
   cell.job = "model";
   cell.regime = regime.name;
-  cell.method = method.name;
-  cell.bound = method.bound;
+  cell.method = model_method_name(method.method);
   const Setup& s = regime.setup;
+  cell.bound = bound_of(method, s);
   const double peak = peak_of(truth);
   const BrdfMap answer = evaluated(method, s);
   cell.worst_error = difference(answer.brdf_per_sr, truth, peak);
@@ -282,7 +286,7 @@ std::vector<StabilityCell> stability_model() {
   std::vector<StabilityCell> out;
   for (const Regime& regime : regimes()) {
     const Grid<double> truth = truth_of(regime.setup);
-    for (const Method& method : methods()) out.push_back(cell_of(regime, method, truth));
+    for (const FrameModelOptions& method : methods()) out.push_back(cell_of(regime, method, truth));
   }
   return out;
 }
