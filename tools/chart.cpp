@@ -10,6 +10,7 @@
 #include "scatmap/base/output_folder.h"
 #include "scatmap/base/provenance.h"
 #include "scatmap/report/gnuplot.h"
+#include "tools/chart/bounds.h"
 #include "tools/chart/chart_output.h"
 #include "tools/chart/jobs.h"
 #include "tools/chart/scene.h"
@@ -32,6 +33,7 @@ std::vector<std::string> job_names() {
   std::vector<std::string> names{"all"};
   for (const ChartJob& job : chart_jobs()) names.emplace_back(job.name);
   names.emplace_back("stability");
+  names.emplace_back("bounds");
   return names;
 }
 
@@ -118,6 +120,8 @@ void run(const Options& o) {
     if (asked_for(o.jobs, job.name)) measure(job, settings, o, folder, out);
   }
   if (asked_for(o.jobs, "stability")) measure_stability(o, folder, out);
+  if (asked_for(o.jobs, "bounds") && !o.output.json) std::printf("%s\n", bounds_table().c_str());
+  write_text_file(folder.temporary() / "bounds.md", bounds_table(), Overwrite::kKeep);
   write_text_file(folder.temporary() / "charts.csv", out.csv, Overwrite::kKeep);
   folder.commit();
   if (o.output.json) {
@@ -137,7 +141,7 @@ void setup_chart(CLI::App& app, const Invocation&) {
   verb->add_option("--seconds", o->seconds, "how long each method is timed")
       ->check(CLI::Range(0.01, 60.0) & finite_number())
       ->capture_default_str();
-  o->output.add_to(*verb, "folder to make: one picture in SVG and PNG per chart, charts.csv", {});
+  o->output.add_to(*verb, "folder to make: one picture in SVG and PNG per chart, charts.csv, bounds.md", {});
   verb->callback([o] { run(*o); });
 }
 

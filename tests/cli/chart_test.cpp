@@ -60,6 +60,21 @@ TEST_F(ChartVerb, OneJobWritesItsTableAndPictures) {
   EXPECT_GE(rows, 2);
 }
 
+std::string whole(const fs::path& file) {
+  std::ifstream in(file);
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+TEST_F(ChartVerb, TheManualQuotesTheBoundsOfTheHeaders) {
+  ASSERT_EQ(run_tool({"chart", "bounds", "-o", "out"}, folder_).status, 0);
+  const std::string table = whole(folder_ / "out" / "bounds.md");
+  EXPECT_GT(table.size(), 1000u);
+  EXPECT_NE(whole(SCATMAP_SOURCE_DIR "/docs/methods.md").find(table), std::string::npos)
+      << "docs/methods.md: paste the table of `scatmap chart bounds`";
+}
+
 TEST_F(ChartVerb, BadJobsAndExistingFolders) {
   const ToolRun unknown = run_tool({"chart", "nonsense", "-o", "out"}, folder_);
   EXPECT_EQ(unknown.status, 2);

@@ -45,7 +45,7 @@ template <class Method>
 ChartRow row(const Case& c, const ChartSettings& s, const char* name, int threads, bool random, Method&& method) {
   ChartRow out;
   out.method = name;
-  out.size = c.job;
+  out.size = std::to_string(c.budget.causes.size()) + " causes";
   out.threads = threads;
   std::uint64_t seed = 0;
   out.time = with_threads(threads, [&] {
