@@ -93,6 +93,7 @@ TEST_F(Files, LeftoversGoAndWorkInProgressStays) {
   const auto child = [&](bool stays) {
     const pid_t pid = fork();
     if (pid != 0) return pid;
+    close(done[1]);  // or the end of the pipe would wait for this process itself
     OutputFile out(folder_ / "a.txt", Overwrite::kKeep);
     std::ofstream(out.temporary()) << "half";
     char c = 'x';
@@ -116,7 +117,7 @@ TEST_F(Files, LeftoversGoAndWorkInProgressStays) {
   EXPECT_TRUE(fs::exists(folder_ / ".scatmap-theirs"));
   EXPECT_TRUE(fs::exists(folder_ / ".scatmap-tmp-file"));
   EXPECT_EQ(entries(), 4u) << "b.txt, two that are not ours, and the living process's";
-  close(done[1]);
+  close(done[1]);  // lets it go
   waitpid(living, nullptr, 0);
   for (const int fd : {ready[0], ready[1], done[0]}) close(fd);
 }
