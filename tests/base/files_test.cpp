@@ -93,6 +93,7 @@ TEST_F(Files, LeftoversGoAndWorkInProgressStays) {
   const auto child = [&](bool stays) {
     const pid_t pid = fork();
     if (pid != 0) return pid;
+    close(done[1]);  // or the end of the pipe would wait for this process itself
     OutputFile out(folder_ / "a.txt", Overwrite::kKeep);
     std::ofstream(out.temporary()) << "half";
     char c = 'x';

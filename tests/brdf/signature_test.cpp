@@ -71,6 +71,18 @@ TEST(Signature, RefusesSaturationDarknessAndCutBeams) {
   EXPECT_THROW(measure_signature(counts_of(gaussian(100, 4, 50, 5, 3e6, 0), 4), {}), Error);
 }
 
+// Nothing but noise has a brightest spot too, and sometimes a positive sum.
+TEST(Signature, NoiseIsNoBeam) {
+  for (std::uint64_t seed = 10; seed < 20; ++seed) {
+    try {
+      measure_signature(counts_of(Grid<double>(100, 100, 0.0), seed), {});
+      ADD_FAILURE() << "accepted, seed " << seed;
+    } catch (const Error& e) {
+      EXPECT_NE(std::string(e.what()).find("does not stand out of the noise"), std::string::npos) << e.what();
+    }
+  }
+}
+
 TEST(Signature, GivenRadiusIsUsed) {
   const Signature s = measure_signature(counts_of(gaussian(120, 60, 60, 5, 3e6, 0), 5), 20.0);
   EXPECT_EQ(s.radius_px, 20);

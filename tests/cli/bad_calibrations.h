@@ -51,7 +51,7 @@ inline std::vector<BadInput> bad_calibrations() {
       edited("calibrate: tilted direct beam", "direct,0,180,0,", "direct,0,180,2,", {here + "tilt_deg", "direct"}),
       edited("calibrate: quotation mark", "direct,0", "\"direct\",0", {file + ":%", "quotation"}),
       {"calibrate: free parameter that one target cannot tell",
-       with({"--free", "detector.distance_mm"}),
+       with({"--free", "detector.distance_mm", "--free", "detector.offset_mm.0", "--free", "detector.offset_mm.1"}),
        write(file, header + "direct,0,180,0,31.5,31.5,0.02\n"),
        1,
        {"detector.distance_mm"}},

@@ -9,7 +9,7 @@ cd "$(dirname "$0")/../.."
 seconds=${1:-60}
 [ $# -gt 0 ] && shift
 cmake --preset fuzz >/dev/null
-all=$(sed -n '/^set(targets/,/)/p' tests/fuzz/CMakeLists.txt | tr -d '()' | sed 's/set//' | tr ' ' '\n' | grep -vx 'targets\|')
+all=$(sed -n '/^set(targets/,/)/p' tests/fuzz/CMakeLists.txt | tr -d '\n' | sed -E 's/set\(targets (.*)\)/\1/')
 targets=${*:-$all}
 # shellcheck disable=SC2086
 cmake --build .build/fuzz --target $(printf 'fuzz_%s ' $targets) -- ${JOBS:+-j$JOBS} | tail -n 1

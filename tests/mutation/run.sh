@@ -8,7 +8,7 @@ here=$PWD
 first=${1:-1} last=${2:-999}
 copy=$PWD/.build/mutation
 mkdir -p "$copy"
-rsync -a --delete --exclude .build --exclude .git ./ "$copy/"
+git ls-files -z --cached --others --exclude-standard | tar --null -T - -c | tar -x -C "$copy"
 cd "$copy"
 cmake --preset release >/dev/null
 number=0 caught=0 survived=0
