@@ -118,9 +118,11 @@ TEST_F(Faults, TooFewFiles) {
     put_old(lab_, w);
     const Content old = content(lab_, w);
     int refused = 0;
-    for (rlim_t files = 4; files < 16; ++files) {
+    for (rlim_t files = 4; files < 32; ++files) {
       const ToolRun run = run_limited(w.command, lab_.folder(), {files, {}, {}});
       if (run.status == 0) break;
+      constexpr int kLoaderFailed = 127;  // before main: the harness may hold files open that count too
+      if (run.status == kLoaderFailed) continue;
       ++refused;
       expect_refused(w, run, old, std::to_string(files) + " files");
     }
