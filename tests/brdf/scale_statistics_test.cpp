@@ -177,5 +177,15 @@ TEST(ScaleStatistics, TwelveMillionTrialsOfEightInputsAreQuick) {
   EXPECT_LE(seconds, 5.0);  // the bar is 1 s on a free machine
 }
 
+// A cause of 200 %: the standard deviation of F is 54, its lower end 0.02.
+TEST(ScaleStatistics, MonteCarloResolvesTheLowerEndOfWideFactors) {
+  const ScaleBudget wide{{{"gain", Distribution::kNormal, 2, 1, false, 0}}, {}};
+  const FactorStatistics f = monte_carlo(wide, 0, 1'000'000);
+  EXPECT_NEAR(std::log(f.symmetric.low), -2 * 1.959964, 0.02);
+  EXPECT_NEAR(std::log(f.symmetric.high), 2 * 1.959964, 0.02);
+  const FactorStatistics with_noise = monte_carlo(wide, 0.5, 1'000'000);  // one in forty is negative
+  EXPECT_NEAR(with_noise.symmetric.low, 0, 0.005);
+}
+
 }  // namespace
 }  // namespace scatmap

@@ -79,13 +79,12 @@ double probability_within(const ScaleBudget& budget, double relative_normal, con
   const double u = std::sqrt(normal2);
   return over_normal(relative_normal > 0, [&](double z) {
     const double by = 1 + relative_normal * z;
-    if (!(by > 0)) return 0.0;
+    // Of F/by, which is positive; a negative `by` turns the interval round.
     const auto below = [&](double factor) {
       if (!(factor > 0)) return 0.0;
-      const double ln = std::log(factor / by);
-      return over_normal(u > 0, [&](double y) { return sum.below(ln - u * y); });
+      return over_normal(u > 0, [&](double y) { return sum.below(std::log(factor) - u * y); });
     };
-    return below(interval.high) - below(interval.low);
+    return std::abs(below(interval.high / by) - below(interval.low / by));
   });
 }
 

@@ -37,6 +37,7 @@ std::vector<StabilityCell> stability_angles();
 std::vector<StabilityCell> stability_model();
 std::vector<StabilityCell> stability_brdf();
 std::vector<StabilityCell> stability_calibrate();
+std::vector<StabilityCell> stability_uncertainty();
 
 /// Every method in every regime. Takes about a minute.
 std::vector<StabilityCell> stability_matrix();

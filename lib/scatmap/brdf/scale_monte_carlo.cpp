@@ -96,17 +96,22 @@ void block_of_trials(const Draws& d, std::size_t first_trial, std::vector<double
 }
 
 // Counts of F in equal bins over three times the range of a first block; what lies beyond is in the outermost bins.
+// Where F spreads over decades, bins that resolve its standard deviation would not resolve its lower end: they are
+// then equal in asinh(F/small), which is a logarithm on either side of 0.
 struct Histogram {
   static constexpr std::size_t kBins = std::size_t{1} << 16;
   double low = 0, width = 0;
+  double small = 0;  // 0: bins equal in F
   std::vector<std::uint32_t> count = std::vector<std::uint32_t>(kBins, 0);
   std::size_t total = 0;
   double sum = 0, square = 0;  // of F − 1
 
+  double place(double f) const { return small > 0 ? std::asinh(f / small) : f; }
+  double factor_at(double x) const { return small > 0 ? small * std::sinh(x) : x; }
   void add(const std::vector<double>& factor) {
     const double inverse = 1 / width;
     for (const double f : factor) {
-      const double bin = std::clamp((f - low) * inverse, 0.0, static_cast<double>(kBins - 1));
+      const double bin = std::clamp((place(f) - low) * inverse, 0.0, static_cast<double>(kBins - 1));
       ++count[static_cast<std::size_t>(bin)];
       sum += f - 1;
       square += (f - 1) * (f - 1);
@@ -121,13 +126,21 @@ struct Histogram {
   }
 };
 
+double standard_of_ln(const Draws& d) {
+  double variance = d.normal * d.normal;
+  for (const double w : d.width) variance += w * w / 12;
+  return std::sqrt(variance);
+}
+
 Histogram empty_histogram(const Draws& d) {
   std::vector<double> pilot(kBlock);
   block_of_trials(d, 0, pilot);
   const auto [low, high] = std::minmax_element(pilot.begin(), pilot.end());
-  const double span = std::max(*high - *low, 1e-12);
   Histogram out;
-  out.low = *low - span;
+  constexpr double kWide = 0.7;  // of ln F
+  if (const double u = standard_of_ln(d); u > kWide) out.small = 0.01 * std::exp(-4 * u);
+  const double first = out.place(*low), span = std::max(out.place(*high) - first, 1e-12);
+  out.low = first - span;
   out.width = 3 * span / static_cast<double>(Histogram::kBins);
   return out;
 }
@@ -140,7 +153,7 @@ FactorStatistics statistics_of(const Histogram& h) {
     const auto edge = static_cast<std::size_t>(std::upper_bound(below.begin(), below.end(), p * n) - below.begin());
     const std::size_t bin = std::clamp<std::size_t>(edge, 1, Histogram::kBins) - 1;
     const double part = h.count[bin] > 0 ? (p * n - below[bin]) / h.count[bin] : 0;
-    return h.low + (static_cast<double>(bin) + std::clamp(part, 0.0, 1.0)) * h.width;
+    return h.factor_at(h.low + (static_cast<double>(bin) + std::clamp(part, 0.0, 1.0)) * h.width);
   };
   FactorStatistics out;
   out.mean = 1 + h.sum / n;
