@@ -34,6 +34,7 @@ struct StabilityCell {
 };
 
 std::vector<StabilityCell> stability_angles();
+std::vector<StabilityCell> stability_inverse();
 std::vector<StabilityCell> stability_model();
 std::vector<StabilityCell> stability_brdf();
 std::vector<StabilityCell> stability_calibrate();

@@ -7,126 +7,16 @@
 #include "scatmap/angles/frame_extent.h"
 #include "scatmap/base/error.h"
 #include "scatmap/base/units.h"
+#include "tools/chart/angle_regimes.h"
 #include "tools/chart/scene.h"
 #include "tools/chart/stability.h"
 
 namespace scatmap::tools {
 namespace {
 
-struct Setup {
-  synth::Bench bench;
-  double stage_deg = 20, arm_deg = 40;
-};
-
-struct Regime {
-  const char* name;
-  Setup setup;
-};
-
-synth::Bench plain_bench() {
-  synth::Bench b;
-  b.columns = 97;
-  b.rows = 61;
-  b.pitch_um = {140, 200};  // a frame as large as the paper's
-  b.distance_mm = 325;
-  return b;
-}
-
-template <class Change>
-Setup with(double stage_deg, double arm_deg, Change change) {
-  Setup s{plain_bench(), stage_deg, arm_deg};
-  change(s.bench);
-  return s;
-}
-Setup at(double stage_deg, double arm_deg) {
-  return with(stage_deg, arm_deg, [](synth::Bench&) {});
-}
-
-std::vector<Regime> regimes() {
-  using Bench = synth::Bench;
-  return {
-      {"paper's bench, theta_i 20 deg", at(20, 40)},
-      {"theta_s = 0 in the frame (phi undefined)", at(20, 20)},
-      {"theta_s = 0 at a pixel's centre", with(20, 20,
-                                               [](Bench& b) {
-                                                 b.offset_mm = {0, 0};
-                                               })},
-      {"phi at its seam", at(20, 14)},
-      {"theta_s through 90 deg in the frame", at(50, 139.5)},
-      {"theta_s beyond 90 deg everywhere", at(50, 150)},
-      {"theta_i = 0", at(0, 10)},
-      {"theta_i = 1e-9 deg", at(1e-9, 10)},
-      {"theta_i = 89.9 deg", at(89.9, 150)},
-      {"theta_i = 90 deg", at(90, 150)},
-      {"retro-reflection", at(30, 0)},
-      {"straight-through beam, sample edge-on", at(89, 178)},
-      {"detector edge-on", with(20, 40,
-                                [](Bench& b) {
-                                  b.rotation_deg = {0, 90, 0};
-                                })},
-      {"detector nearly edge-on", with(20, 40,
-                                       [](Bench& b) {
-                                         b.rotation_deg = {0, 89.99, 0};
-                                       })},
-      {"detector from behind", with(20, 40,
-                                    [](Bench& b) {
-                                      b.rotation_deg = {0, 180, 0};
-                                    })},
-      {"roll 90 deg", with(20, 40,
-                           [](Bench& b) {
-                             b.rotation_deg = {0, 0, 90};
-                           })},
-      {"roll 180 deg", with(20, 40,
-                            [](Bench& b) {
-                              b.rotation_deg = {0, 0, 180};
-                            })},
-      {"rotation by 1e-12 deg", with(20, 40,
-                                     [](Bench& b) {
-                                       b.rotation_deg = {1e-12, 1e-12, 1e-12};
-                                     })},
-      {"R = 1 um", with(20, 40, [](Bench& b) { b.distance_mm = 1e-3; })},
-      {"R = 1 km", with(20, 40, [](Bench& b) { b.distance_mm = 1e6; })},
-      {"pitch 0.1 um", with(20, 40,
-                            [](Bench& b) {
-                              b.pitch_um = {0.1, 0.1};
-                            })},
-      {"pitch 1 mm", with(20, 40,
-                          [](Bench& b) {
-                            b.pitch_um = {1000, 1000};
-                          })},
-      {"flips, every parameter non-zero", with(35, 68,
-                                               [](Bench& b) {
-                                                 b.flip_columns = b.flip_rows = true;
-                                                 b.offset_mm = {1.2, -3.4};
-                                                 b.rotation_deg = {2, -3, 7};
-                                                 b.arm_zero_deg = 0.3;
-                                                 b.stage_zero_deg = -0.2;
-                                                 b.axis_offset_mm = {0.4, -0.7};
-                                                 b.axis_tilt_deg = {0.2, -0.1};
-                                                 b.beam_elevation_deg = 0.4;
-                                                 b.beam_offset_mm = {0.5, 0.6};
-                                                 b.sample_tilt_deg = -0.6;
-                                                 b.sample_height_mm = 0.9;
-                                               })},
-      {"spot 50 mm off the axis", with(20, 40,
-                                       [](Bench& b) {
-                                         b.beam_offset_mm = {50, 20};
-                                       })},
-      {"one pixel", with(20, 40, [](Bench& b) { b.columns = b.rows = 1; })},
-      {"one row", with(20, 40, [](Bench& b) { b.rows = 1; })},
-      {"one column", with(20, 40, [](Bench& b) { b.columns = 1; })},
-      {"row of 16384 pixels", with(20, 40,
-                                   [](Bench& b) {
-                                     b.columns = 16384;
-                                     b.rows = 3;
-                                     b.pitch_um = {5.5, 5.5};
-                                   })},
-  };
-}
-
 // Every parameter moved by `step(value, typical)`.
 template <class Step>
-Setup moved(Setup s, Step step) {
+AngleSetup moved(AngleSetup s, Step step) {
   synth::Bench& b = s.bench;
   constexpr double kAngle = 1e-3, kLength = 1e-2, kPitch = 1e-4;  // deg, mm, um: a plain bench's uncertainties
   for (double* v :
@@ -139,8 +29,6 @@ Setup moved(Setup s, Step step) {
   for (double* v : {&b.pitch_um[0], &b.pitch_um[1]}) *v = step(*v, kPitch);
   return s;
 }
-
-synth::TruthGeometry truth_of(const Setup& s) { return synth::TruthGeometry(s.bench, s.stage_deg, s.arm_deg); }
 
 using Direction = Eigen::Matrix<long double, 3, 1>;
 
@@ -197,7 +85,7 @@ Angles map_of(AngleMethod method, const Instrument& in, const Pose& pose) {
   return {std::move(map.theta_s_rad), std::move(map.phi_s_rad), std::move(map.mask), bound_rad};
 }
 
-Angles evaluated(const Method& method, const Setup& s) {
+Angles evaluated(const Method& method, const AngleSetup& s) {
   return map_of(method.method, instrument_of(s.bench), {s.stage_deg * kRadPerDeg, s.arm_deg * kRadPerDeg});
 }
 
@@ -210,8 +98,8 @@ struct Turn {
 // Rounding decides on which side of the horizon, or of the detector, a pixel within this of it lies.
 constexpr long double kUndecided = 1e-12L;
 
-bool undecided(const synth::TruthGeometry& truth, const Setup& s, int column, int row) {
-  Setup nudged = s;
+bool undecided(const synth::TruthGeometry& truth, const AngleSetup& s, int column, int row) {
+  AngleSetup nudged = s;
   for (const double nudge : {-1e-12, 1e-12}) {
     nudged.bench.rotation_deg[1] = s.bench.rotation_deg[1] + nudge * 57;
     nudged.stage_deg = s.stage_deg + nudge * 57;
@@ -220,7 +108,7 @@ bool undecided(const synth::TruthGeometry& truth, const Setup& s, int column, in
   return false;
 }
 
-Turn error_of(const Angles& a, const Setup& s) {
+Turn error_of(const Angles& a, const AngleSetup& s) {
   const synth::TruthGeometry truth = truth_of(s);
   Turn out;
   for (int row = 0; row < s.bench.rows; ++row) {
@@ -245,7 +133,7 @@ Turn error_of(const Angles& a, const Setup& s) {
 }
 
 // Largest change of the answer, and of the truth, over pixels that both have.
-std::pair<double, double> change(const Angles& a, const Angles& b, const Setup& s, const Setup& moved_setup) {
+std::pair<double, double> change(const Angles& a, const Angles& b, const AngleSetup& s, const AngleSetup& moved_setup) {
   const synth::TruthGeometry before = truth_of(s), after = truth_of(moved_setup);
   double answer = 0, truth = 0;
   for (int row = 0; row < s.bench.rows; ++row) {
@@ -261,18 +149,18 @@ std::pair<double, double> change(const Angles& a, const Angles& b, const Setup& 
   return {answer, truth};
 }
 
-StabilityCell cell_of(const Regime& regime, const Method& method) {
+StabilityCell cell_of(const AngleRegime& regime, const Method& method) {
   StabilityCell cell;
   cell.job = "angles";
   cell.regime = regime.name;
   cell.method = method.name();
   cell.unit = "rad";
-  const Setup& s = regime.setup;
+  const AngleSetup& s = regime.setup;
   Angles answer;
   try {
     answer = evaluated(method, s);
   } catch (const Error& e) {
-    cell.verdict = truth_of(s).pixel(0, 0) ? Verdict::kFails : Verdict::kRefuses;
+    cell.verdict = is_impossible(s) ? Verdict::kRefuses : Verdict::kFails;
     cell.reason = e.what();
     return cell;
   }
@@ -280,9 +168,10 @@ StabilityCell cell_of(const Regime& regime, const Method& method) {
   const Turn error = error_of(answer, s);
   cell.worst_error = error.largest;
   std::mt19937_64 rng(3);
-  const Setup by_ulp =
+  const AngleSetup by_ulp =
       moved(s, [&](double v, double) { return std::nextafter(v, rng() % 2 == 0 ? -HUGE_VAL : HUGE_VAL); });
-  const Setup by_sigma = moved(s, [&](double v, double typical) { return v + (rng() % 2 == 0 ? -typical : typical); });
+  const AngleSetup by_sigma =
+      moved(s, [&](double v, double typical) { return v + (rng() % 2 == 0 ? -typical : typical); });
   const auto [answer_ulp, truth_ulp] = change(answer, evaluated(method, by_ulp), s, by_ulp);
   const auto [answer_sigma, truth_sigma] = change(answer, evaluated(method, by_sigma), s, by_sigma);
   if (truth_ulp > 0) cell.amplification_ulp = answer_ulp / truth_ulp;
@@ -308,7 +197,7 @@ StabilityCell cell_of(const Regime& regime, const Method& method) {
 
 std::vector<StabilityCell> stability_angles() {
   std::vector<StabilityCell> out;
-  for (const Regime& regime : regimes()) {
+  for (const AngleRegime& regime : angle_regimes()) {
     for (const Method& method : methods()) out.push_back(cell_of(regime, method));
   }
   return out;
