@@ -54,6 +54,9 @@ void FitsWriter::begin_image(const std::string& name, const std::string& unit, i
   finish_hdu();
   long axes[2] = {columns, rows};
   check(fits_create_img(fits_->file, bitpix, 2, axes, &fits_->status), "create an image");
+  // Keywords come after the pixels: a header that outgrew its blocks would have CFITSIO move them all.
+  constexpr int kKeywords = 100;
+  check(fits_set_hdrsize(fits_->file, kKeywords, &fits_->status), "create an image");
   hdu_open_ = true;
   key("EXTNAME", name, "name of this image");
   if (!unit.empty()) key("BUNIT", unit, "unit of the pixels");
