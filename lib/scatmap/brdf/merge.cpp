@@ -103,13 +103,19 @@ Model pass(std::span<const ScaledCounts> exposures, const Grid<double>* expected
 }
 
 Grid<Mask> merged_mask(std::span<const ScaledCounts> exposures) {
-  Grid<Mask> mask = exposures.front().counts->mask;
-  for (std::size_t i = 0; i < mask.size(); ++i) {
-    const bool any_good =
-        std::any_of(exposures.begin(), exposures.end(), [&](const ScaledCounts& e) { return e.counts->mask[i] == 0; });
-    for (const ScaledCounts& e : exposures) mask[i] |= e.counts->mask[i];
-    if (any_good) mask[i] = 0;
-  }
+  Grid<Mask> mask(exposures.front().counts->mask.rows(), exposures.front().counts->mask.columns());
+  for_each_row(mask.rows(), [&](int row) {
+    for (int c = 0; c < mask.columns(); ++c) {
+      bool any_good = false;
+      Mask all = 0;
+      for (const ScaledCounts& e : exposures) {
+        const Mask m = e.counts->mask(row, c);
+        any_good = any_good || m == 0;
+        all |= m;
+      }
+      mask(row, c) = any_good ? Mask{0} : all;
+    }
+  });
   return mask;
 }
 
@@ -128,9 +134,19 @@ Merged merge(std::span<const ScaledCounts> exposures) {
   }
   out.value = std::move(model.value);
   out.variance = Grid<float>(rows, columns);
-  for (std::size_t i = 0; i < out.variance.size(); ++i) {
-    out.variance[i] = static_cast<float>(model.floor[i] + std::max(0.0, out.expected[i]) * model.shot[i]);
-  }
+  for_each_row(rows, [&](int row) {
+    for (int c = 0; c < columns; ++c) {
+      out.variance(row, c) =
+          static_cast<float>(model.floor(row, c) + std::max(0.0, out.expected(row, c)) * model.shot(row, c));
+    }
+  });
+  return out;
+}
+
+Merged merge_once(std::span<const ScaledCounts> exposures) {
+  Merged out;
+  out.mask = merged_mask(exposures);
+  out.value = pass(exposures, nullptr, out).value;
   return out;
 }
 
