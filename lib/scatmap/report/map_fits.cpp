@@ -6,20 +6,11 @@
 
 #include "scatmap/angles/angle_uncertainty.h"
 #include "scatmap/angles/tan_wcs.h"
-#include "scatmap/base/parallel_rows.h"
 #include "scatmap/base/units.h"
 #include "scatmap/report/fits_file.h"
 
 namespace scatmap {
 namespace {
-
-Grid<double> in_degrees(const Grid<double>& rad) {
-  Grid<double> out(rad.rows(), rad.columns());
-  for_each_row(rad.rows(), [&](int row) {
-    for (int c = 0; c < rad.columns(); ++c) out(row, c) = rad(row, c) * kDegPerRad;
-  });
-  return out;
-}
 
 // A lens bends the plane: no TAN projection then.
 std::optional<TanWcs> wcs_of(const Instrument& instrument, const SampleView& view) {
@@ -126,8 +117,8 @@ void write_parts(FitsWriter& fits, const BrdfMap& map) {
 
 void write_angle_images(FitsWriter& fits, const AngleMap& angles, bool theta_done,
                         FitsPixels pixels = FitsPixels::kDouble) {
-  if (!theta_done) fits.image("THETA_S_DEG", "deg", in_degrees(angles.theta_s_rad), pixels);
-  fits.image("PHI_S_DEG", "deg", in_degrees(angles.phi_s_rad), pixels);
+  if (!theta_done) fits.image("THETA_S_DEG", "deg", angles.theta_s_rad, pixels, kDegPerRad);
+  fits.image("PHI_S_DEG", "deg", angles.phi_s_rad, pixels, kDegPerRad);
   fits.image("SOLID_ANGLE_SR", "sr", angles.solid_angle_sr, pixels);
 }
 
@@ -246,7 +237,7 @@ void write_angles_fits(const AngleMap& angles, const Instrument& instrument, con
   const bool single = method && method->precision == Precision::kSingle;
   const FitsPixels pixels = single ? FitsPixels::kFloat : FitsPixels::kDouble;
   FitsWriter fits(target, overwrite);
-  fits.image("THETA_S_DEG", "deg", in_degrees(angles.theta_s_rad), pixels);
+  fits.image("THETA_S_DEG", "deg", angles.theta_s_rad, pixels, kDegPerRad);
   write_wcs(fits, wcs);
   write_pose(fits, view, pose, 0);
   write_lens(fits, instrument);
