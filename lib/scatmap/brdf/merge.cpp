@@ -137,7 +137,7 @@ Merged merge(std::span<const ScaledCounts> exposures) {
   for_each_row(rows, [&](int row) {
     for (int c = 0; c < columns; ++c) {
       out.variance(row, c) =
-          static_cast<float>(model.floor(row, c) + std::max(0.0, out.expected(row, c)) * model.shot(row, c));
+          static_cast<float>(variance_at(out.expected(row, c), model.floor(row, c), model.shot(row, c)));
     }
   });
   return out;
