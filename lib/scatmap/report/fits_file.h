@@ -36,7 +36,8 @@ class FitsWriter {
   FitsWriter(const FitsWriter&) = delete;
   FitsWriter& operator=(const FitsWriter&) = delete;
 
-  /// Appends an image HDU; the first becomes the primary. The pixels are read when the next HDU begins or at commit().
+  /// Appends an image HDU; the first becomes the primary. The pixels are read when the next HDU begins or at
+  /// commit() and must live until then; or move them in.
   /// @param factor multiplies each pixel
   void image(const std::string& name, const std::string& unit, const Grid<double>& data, FitsPixels pixels,
              double factor = 1);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include "scatmap/angles/angle_uncertainty.h"
 #include "scatmap/angles/tan_wcs.h"
@@ -131,16 +132,16 @@ void write_method(FitsWriter& fits, const std::optional<AngleMethodNote>& method
 
 // From the calibration, where the instrument has one.
 void write_angle_uncertainty(FitsWriter& fits, const Instrument& instrument, const Pose& pose, const Grid<Mask>& mask) {
-  const auto u = angle_uncertainty(instrument, pose, mask);
+  auto u = angle_uncertainty(instrument, pose, mask);
   if (!u) return;
   const auto degrees = [](Grid<float> rad) {
     for (float& v : rad) v = static_cast<float>(v * kDegPerRad);
     return rad;
   };
-  fits.image("SIGMA_THETA_S_DEG", "deg", degrees(u->theta_s_rad));
-  fits.image("SIGMA_PHI_S_DEG", "deg", degrees(u->phi_s_rad));
-  fits.image("CORR_THETA_PHI", "", u->correlation);
-  fits.image("SIGMA_DIRECTION_PX", "pixel", u->direction_px);
+  fits.image("SIGMA_THETA_S_DEG", "deg", degrees(std::move(u->theta_s_rad)));
+  fits.image("SIGMA_PHI_S_DEG", "deg", degrees(std::move(u->phi_s_rad)));
+  fits.image("CORR_THETA_PHI", "", std::move(u->correlation));
+  fits.image("SIGMA_DIRECTION_PX", "pixel", std::move(u->direction_px));
 }
 
 void write_common(FitsWriter& fits, const ScaleBudget& scale) {
