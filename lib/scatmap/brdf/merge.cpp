@@ -74,6 +74,17 @@ double most_sensitive(const std::vector<Sample>& samples) {
   return value;
 }
 
+double mean_at(const std::vector<Sample>& samples, double expected) {
+  double sum = 0, weights = 0;
+  for (const Sample& s : samples) {
+    if (!s.good) continue;
+    const double weight = 1 / s.variance(expected);
+    sum += weight * s.value;
+    weights += weight;
+  }
+  return sum / weights;
+}
+
 struct Model {
   Grid<double> value;
   Grid<float> floor, shot;
@@ -146,7 +157,18 @@ Merged merge(std::span<const ScaledCounts> exposures) {
 Merged merge_once(std::span<const ScaledCounts> exposures) {
   Merged out;
   out.mask = merged_mask(exposures);
-  out.value = pass(exposures, nullptr, out).value;
+  out.value = Grid<double>(out.mask.rows(), out.mask.columns());
+  for_each_row(out.mask.rows(), [&](int row) {
+    std::vector<Sample> samples(exposures.size());
+    for (int c = 0; c < out.mask.columns(); ++c) {
+      if (out.mask(row, c) != 0) {
+        out.value(row, c) = kNaN;
+        continue;
+      }
+      for (std::size_t i = 0; i < exposures.size(); ++i) samples[i] = sample(exposures[i], row, c);
+      out.value(row, c) = mean_at(samples, most_sensitive(samples));
+    }
+  });
   return out;
 }
 
