@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <cstring>
+#include <new>
 
 #include "scatmap/base/error.h"
 #include "scatmap/report/fits_file.h"
@@ -109,9 +109,10 @@ void FitsWriter::finish_hdu() {
 void FitsWriter::begin_hdu() {
   finish_hdu();
   State& s = *state_;
-  constexpr std::size_t kFirst = 16 * 2880;
+  constexpr std::size_t kFirst = 64 * 2880;
   s.bytes = kFirst;
-  s.memory = std::malloc(s.bytes);
+  s.memory = std::calloc(s.bytes, 1);  // zeros: CFITSIO looks for the end of a header that it has yet to write
+  if (s.memory == nullptr) throw std::bad_alloc();
   check(fits_create_memfile(&s.file, &s.memory, &s.bytes, kFirst, std::realloc, &s.status), "make a header");
   if (s.at > 0) check(fits_create_img(s.file, BYTE_IMG, 0, nullptr, &s.status), "make a header");
 }
