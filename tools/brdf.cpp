@@ -1,9 +1,11 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
-
 #include <nlohmann/json.hpp>
+#include <span>
+#include <vector>
 
+#include "scatmap/base/parallel_rows.h"
 #include "scatmap/base/units.h"
 #include "scatmap/brdf/from_frames.h"
 #include "scatmap/report/map_exr.h"
@@ -35,20 +37,42 @@ struct Summary {
   double mean_relative = 0;  // of the per-pixel uncertainty, over pixels above 10 sigma
 };
 
-Summary summarise(const BrdfMap& map) {
-  Summary s;
-  const Grid<float> u = per_pixel_uncertainty(map);
-  double sum = 0, n = 0;
-  for (std::size_t i = 0; i < u.size(); ++i) {
-    if (map.mask[i] != 0) continue;
+struct RowSummary {
+  std::size_t good = 0;
+  double largest = -HUGE_VAL;
+  double sum = 0, count = 0;  // of the relative uncertainty
+};
+
+RowSummary summarise_row(std::span<const double> f, std::span<const float> u, std::span<const Mask> mask) {
+  RowSummary s;
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    if (mask[i] != 0) continue;
     ++s.good;
-    s.largest = std::max(s.largest, map.brdf_per_sr[i]);
-    if (map.brdf_per_sr[i] > 10 * u[i]) {
-      sum += u[i] / map.brdf_per_sr[i];
-      n += 1;
+    s.largest = std::max(s.largest, f[i]);
+    if (f[i] > 10 * u[i]) {
+      s.sum += u[i] / f[i];
+      s.count += 1;
     }
   }
-  s.mean_relative = n > 0 ? sum / n : std::nan("");
+  return s;
+}
+
+// Row by row, so that threads do not change the sum.
+Summary summarise(const BrdfMap& map) {
+  const Grid<float> u = per_pixel_uncertainty(map);
+  std::vector<RowSummary> rows(static_cast<std::size_t>(map.mask.rows()));
+  for_each_row(map.mask.rows(), [&](int r) {
+    rows[static_cast<std::size_t>(r)] = summarise_row(map.brdf_per_sr.row(r), u.row(r), map.mask.row(r));
+  });
+  Summary s;
+  double sum = 0, count = 0;
+  for (const RowSummary& row : rows) {
+    s.good += row.good;
+    s.largest = std::max(s.largest, row.largest);
+    sum += row.sum;
+    count += row.count;
+  }
+  s.mean_relative = count > 0 ? sum / count : std::nan("");
   return s;
 }
 

@@ -12,8 +12,10 @@
 #include <cmath>
 #include <random>
 
+#include "scatmap/angles/angle_uncertainty.h"
 #include "scatmap/base/error.h"
 #include "scatmap/base/units.h"
+#include "scatmap/report/fits_file.h"
 #include "scatmap/report/map_exr.h"
 #include "scatmap/report/map_fits.h"
 
@@ -142,6 +144,47 @@ TEST_F(MapFile, LayoutIsThatOfTheDocs) {
   fits_movabs_hdu(f, 2, &type, &status);
   fits_read_key(f, TSTRING, "UTYPE", text, nullptr, &status);
   EXPECT_STREQ(text, "StdDevUncertainty");
+  fits_close_file(f, &status);
+  EXPECT_EQ(status, 0);
+}
+
+// Pixels go to the disk in blocks, past CFITSIO: an odd number of them, more than a block, and images that only the
+// writer keeps.
+TEST_F(MapFile, LargeImagesAreWholeAndSummed) {
+  const Instrument in = parse_instrument(
+      "[detector]\ncolumns = 301\nrows = 211\npitch_um = [5.5, 5.5]\ndistance_mm = 325.1\n"
+      "[calibration]\nparameters = [\"detector.distance_mm\", \"detector.offset_mm.0\"]\n"
+      "covariance = [[0.01, 0.002], [0.002, 0.004]]\n",
+      "example");
+  const Pose pose{20.1 * kRadPerDeg, 40.3 * kRadPerDeg};
+  const AngleMap angles = angle_map(in, pose);
+  const auto u = angle_uncertainty(in, pose, angles.mask);
+  ASSERT_TRUE(u);
+  write_angles_fits(angles, in, pose, {}, folder_ / "a.fits", Overwrite::kKeep);
+  FitsReader fits(folder_ / "a.fits");
+  const Grid<double> theta = fits.image_double("THETA_S_DEG");
+  const Grid<float> sigma = fits.image_float("SIGMA_DIRECTION_PX"), phi = fits.image_float("SIGMA_PHI_S_DEG");
+  const Grid<Mask> mask = fits.image_mask("MASK");
+  ASSERT_EQ(theta.size(), angles.mask.size());
+  ASSERT_EQ(sigma.size(), angles.mask.size());
+  for (std::size_t i = 0; i < theta.size(); ++i) {
+    ASSERT_EQ(theta[i], angles.theta_s_rad[i] * kDegPerRad) << i;
+    ASSERT_EQ(sigma[i], u->direction_px[i]) << i;
+    ASSERT_EQ(phi[i], static_cast<float>(u->phi_s_rad[i] * kDegPerRad)) << i;
+    ASSERT_EQ(mask[i], angles.mask[i]) << i;
+  }
+  fitsfile* f = nullptr;
+  int status = 0, count = 0;
+  fits_open_diskfile(&f, (folder_ / "a.fits").c_str(), READONLY, &status);
+  fits_get_num_hdus(f, &count, &status);
+  EXPECT_EQ(count, 9);
+  for (int k = 1; k <= count; ++k) {
+    int type = 0, data_ok = 0, hdu_ok = 0;
+    fits_movabs_hdu(f, k, &type, &status);
+    fits_verify_chksum(f, &data_ok, &hdu_ok, &status);
+    EXPECT_EQ(data_ok, 1) << k;
+    EXPECT_EQ(hdu_ok, 1) << k;
+  }
   fits_close_file(f, &status);
   EXPECT_EQ(status, 0);
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "scatmap/angles/angle_method.h"
 #include "scatmap/angles/lens.h"
 #include "scatmap/base/parallel_rows.h"
 
@@ -36,8 +37,12 @@ AngleMap angle_map(const SampleView& view, int rows, int columns) {
 
 AngleMap angle_map(const Instrument& instrument, const Pose& pose) {
   const SampleView view = sample_view(instrument, pose);
-  if (!instrument.lens_cameramodel) return angle_map(view, instrument.rows, instrument.columns);
-  return angle_map(view, load_lens_rays(*instrument.lens_cameramodel, instrument.columns, instrument.rows));
+  if (instrument.lens_cameramodel)
+    return angle_map(view, load_lens_rays(*instrument.lens_cameramodel, instrument.columns, instrument.rows));
+  const int rows = instrument.rows, columns = instrument.columns;
+  AngleMap map{0, {rows, columns}, {rows, columns}, {rows, columns}, {rows, columns}};
+  write_angle_map(view, {.method = AngleMethod::kVector, .tiles = {}}, map);
+  return map;
 }
 
 Vector3<double> interpolated_direction(const AngleMap& map, PixelPosition at) {

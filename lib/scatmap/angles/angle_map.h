@@ -28,13 +28,16 @@ struct PixelAngles {
 /// Angles of one pixel position, which may be fractional or off the array.
 PixelAngles pixel_angles(const SampleView& view, double column, double row);
 
-/// The `exact` method: double throughout.
-/// Error against long double: kExactMaxError_rad of direction on the same view, kAngleMaxError_rad from the numbers of
-/// the instrument file, kSolidAngleMaxError relative.
+/// What maps use: the `vector` method (angle_method.h), within kVectorMaxError_rad of direction (angle_row.h) on the same
+/// view and kAngleMaxError_rad from the numbers of the instrument file, kSolidAngleMaxError relative.
 /// With a lens (Instrument::lens_cameramodel) the rays are mrcal's, to the tolerance of its solver (1e-6 px for models
 /// that are inverted by iteration), and the solid angles are differences over one pixel.
 /// @throws Error from sample_view and load_lens_rays
 AngleMap angle_map(const Instrument& instrument, const Pose& pose);
+
+/// The `exact` method: double throughout, a pixel at a time with the C library; the reference. Error against long
+/// double: kExactMaxError_rad of direction on the same view, kAngleMaxError_rad from the numbers of the instrument file,
+/// kSolidAngleMaxError relative.
 AngleMap angle_map(const SampleView& view, int rows, int columns);
 
 /// Times farthest over nearest pixel distance, over sin(theta_i): at normal incidence phi has no zero.

@@ -11,6 +11,7 @@
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
 #include "scatmap/base/parallel_rows.h"
+#include "scatmap/brdf/beam_window.h"
 #include "scatmap/brdf/frame_source.h"
 #include "scatmap/brdf/fused.h"
 #include "scatmap/brdf/merge.h"
@@ -164,13 +165,34 @@ void note_overlap(const OverlapReport& o, BrdfMap& map) {
   }
 }
 
+MergedSignature signature_of(const Measurement& m, const Reductions& beam) {
+  try {
+    return merge_signature(scaled(beam), m.aperture.radius_px);
+  } catch (const Error& e) {
+    throw with_context(m.file.string(), e);
+  }
+}
+
+// What of the signature's exposures tells of the beam: elsewhere their pixels would add noise alone to the ratios.
+std::vector<Counts> beam_counts(const Measurement& m, const Reductions& beam) {
+  std::vector<Counts> out;
+  if (beam.samples.empty()) return out;
+  const Signature spot = signature_of(m, beam).beam;
+  for (const FrameSource::Reduced& r : beam.samples)
+    out.push_back(cropped(r.counts, beam_window(spot, r.counts.mask.rows(), r.counts.mask.columns())));
+  return out;
+}
+
 // Measures the exposures' factors from their overlaps and applies them.
 std::optional<OverlapReport> measure_overlap(const Measurement& m, const ExposureCauses& causes, Reductions& r,
                                              Beam& beam, BrdfMap& map) {
   bool any = false;
   for (std::size_t k = 0; k < causes.causes.size(); ++k) any = any || causes.is_measurable(k);
   if (!any) return std::nullopt;
-  const std::vector<ScaledCounts> of_sample = scaled(r), of_beam = scaled(beam.exposures);
+  const std::vector<Counts> windows = beam_counts(m, beam.exposures);
+  const std::vector<ScaledCounts> of_sample = scaled(r);
+  std::vector<ScaledCounts> of_beam = scaled(beam.exposures);
+  for (std::size_t j = 0; j < of_beam.size(); ++j) of_beam[j].counts = &windows[j];
   const std::vector<double> sample_level = levels_per_unit(m, r), beam_level = levels_per_unit(m, beam.exposures);
   const std::vector<OverlapGroup> groups{{of_sample, sample_level}, {of_beam, beam_level}};
   OverlapReport out{causes, solve_overlap(groups, causes, u_nonlinearity(m))};
@@ -215,14 +237,6 @@ void add_pose_uncertainty(const Measurement& m, const Grid<double>& expected, Br
     return;
   }
   if (auto u_pose = pose_uncertainty(m.instrument, m.pose, expected)) map.u_pose_per_sr = std::move(*u_pose);
-}
-
-MergedSignature signature_of(const Measurement& m, const Reductions& beam) {
-  try {
-    return merge_signature(scaled(beam), m.aperture.radius_px);
-  } catch (const Error& e) {
-    throw with_context(m.file.string(), e);
-  }
 }
 
 // A single exposure is measured at once, so that its images need not be kept.
@@ -337,7 +351,7 @@ void fused_map_of(const Measurement& m, FrameSource& source, const MergedSignatu
   map.u_pose_per_sr = std::move(planes.u_pose_per_sr);
   map.mask = std::move(planes.mask);
   require_some_good_pixel(m, map);
-  map.angles = angle_map(view, m.instrument.rows, m.instrument.columns);
+  map.angles = angles_of(m);
   split_causes_of_one(m, causes, signature, level_per_unit(m, exposure.exposure_s, factor), planes.expected_per_sr,
                       map);
 }

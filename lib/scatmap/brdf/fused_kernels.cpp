@@ -169,7 +169,7 @@ SCATMAP_CLONES bool brdf_row(const CleanRow& in, const double* expected, const d
     const double e = expected[i], inverse = inverse_projected[i];
     const double f = e == e ? value[i] * inverse : kNaN;  // expected is NaN where the pixel is not good
     const auto variance =
-        static_cast<float>(static_cast<double>(floor[i]) + (e > 0 ? e : 0) * static_cast<double>(shot[i]));
+        static_cast<float>(variance_at(e, static_cast<double>(floor[i]), static_cast<double>(shot[i])));
     brdf[i] = f;
     expected_f[i] = e * inverse;
     u_random[i] = static_cast<float>(static_cast<double>(std::sqrt(variance)) * inverse + 0 * f);

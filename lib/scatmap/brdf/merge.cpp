@@ -74,6 +74,17 @@ double most_sensitive(const std::vector<Sample>& samples) {
   return value;
 }
 
+double mean_at(const std::vector<Sample>& samples, double expected) {
+  double sum = 0, weights = 0;
+  for (const Sample& s : samples) {
+    if (!s.good) continue;
+    const double weight = 1 / s.variance(expected);
+    sum += weight * s.value;
+    weights += weight;
+  }
+  return sum / weights;
+}
+
 struct Model {
   Grid<double> value;
   Grid<float> floor, shot;
@@ -103,13 +114,19 @@ Model pass(std::span<const ScaledCounts> exposures, const Grid<double>* expected
 }
 
 Grid<Mask> merged_mask(std::span<const ScaledCounts> exposures) {
-  Grid<Mask> mask = exposures.front().counts->mask;
-  for (std::size_t i = 0; i < mask.size(); ++i) {
-    const bool any_good =
-        std::any_of(exposures.begin(), exposures.end(), [&](const ScaledCounts& e) { return e.counts->mask[i] == 0; });
-    for (const ScaledCounts& e : exposures) mask[i] |= e.counts->mask[i];
-    if (any_good) mask[i] = 0;
-  }
+  Grid<Mask> mask(exposures.front().counts->mask.rows(), exposures.front().counts->mask.columns());
+  for_each_row(mask.rows(), [&](int row) {
+    for (int c = 0; c < mask.columns(); ++c) {
+      bool any_good = false;
+      Mask all = 0;
+      for (const ScaledCounts& e : exposures) {
+        const Mask m = e.counts->mask(row, c);
+        any_good = any_good || m == 0;
+        all |= m;
+      }
+      mask(row, c) = any_good ? Mask{0} : all;
+    }
+  });
   return mask;
 }
 
@@ -128,9 +145,30 @@ Merged merge(std::span<const ScaledCounts> exposures) {
   }
   out.value = std::move(model.value);
   out.variance = Grid<float>(rows, columns);
-  for (std::size_t i = 0; i < out.variance.size(); ++i) {
-    out.variance[i] = static_cast<float>(model.floor[i] + std::max(0.0, out.expected[i]) * model.shot[i]);
-  }
+  for_each_row(rows, [&](int row) {
+    for (int c = 0; c < columns; ++c) {
+      out.variance(row, c) =
+          static_cast<float>(variance_at(out.expected(row, c), model.floor(row, c), model.shot(row, c)));
+    }
+  });
+  return out;
+}
+
+Merged merge_once(std::span<const ScaledCounts> exposures) {
+  Merged out;
+  out.mask = merged_mask(exposures);
+  out.value = Grid<double>(out.mask.rows(), out.mask.columns());
+  for_each_row(out.mask.rows(), [&](int row) {
+    std::vector<Sample> samples(exposures.size());
+    for (int c = 0; c < out.mask.columns(); ++c) {
+      if (out.mask(row, c) != 0) {
+        out.value(row, c) = kNaN;
+        continue;
+      }
+      for (std::size_t i = 0; i < exposures.size(); ++i) samples[i] = sample(exposures[i], row, c);
+      out.value(row, c) = mean_at(samples, most_sensitive(samples));
+    }
+  });
   return out;
 }
 

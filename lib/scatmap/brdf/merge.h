@@ -27,4 +27,8 @@ struct Merged {
 /// @param exposures one or more, equal shapes
 Merged merge(std::span<const ScaledCounts> exposures);
 
+/// `value` and `mask` alone, weighted once, at what the most sensitive good exposure shows: a third of the time. Good
+/// for predicting a pixel from its neighbours; as a result its faint pixels would be biased.
+Merged merge_once(std::span<const ScaledCounts> exposures);
+
 }  // namespace scatmap

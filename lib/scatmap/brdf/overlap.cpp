@@ -89,7 +89,7 @@ PairSums sums_of(const Problem& p, const Eigen::VectorXd& shift, const Eigen::Ve
     const std::vector<PairIndex> pairs = pairs_of(0, g.exposures.size());
     const std::vector<ScaledCounts> now = scaled(g, ln_factor.segment(exposure, count));
     if (!pairs.empty()) {
-      out = joined(out, pair_sums(now, merge(now), pairs, g.level_per_unit, p.u_nonlinearity,
+      out = joined(out, pair_sums(now, merge_once(now), pairs, g.level_per_unit, p.u_nonlinearity,
                                   margins.segment(pair, static_cast<Eigen::Index>(pairs.size()))));
     }
     exposure += count;

@@ -1,5 +1,7 @@
 #include "scatmap/brdf/overlap_sums.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -51,6 +53,18 @@ double covariance(std::span<const ScaledCounts> exposures, const Pixel& p, std::
 struct Sums {
   double a[2] = {0, 0}, b[2] = {0, 0}, noise[2] = {0, 0}, signal[2] = {0, 0}, level[2] = {0, 0};
   double pixels = 0, chi_squared = 0;
+
+  void add(const Sums& other) {
+    for (int part = 0; part < 2; ++part) {
+      a[part] += other.a[part];
+      b[part] += other.b[part];
+      noise[part] += other.noise[part];
+      signal[part] += other.signal[part];
+      level[part] += other.level[part];
+    }
+    pixels += other.pixels;
+    chi_squared += other.chi_squared;
+  }
 };
 
 struct Accumulator {
@@ -64,6 +78,15 @@ struct Accumulator {
   std::vector<double> moment, norm;  // of the signal, for `split`
   Eigen::MatrixXd covariance_sum;
   std::vector<double> weight;
+
+  void add(const Accumulator& other) {
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      sums[k].add(other.sums[k]);
+      moment[k] += other.moment[k];
+      norm[k] += other.norm[k];
+    }
+    covariance_sum += other.covariance_sum;
+  }
 
   void pair_at(std::size_t k, const Pixel& p) {
     weight[k] = 0;
@@ -107,10 +130,10 @@ struct Accumulator {
   }
 };
 
-void visit_pixels(std::span<const ScaledCounts> exposures, const Merged& merged, Accumulator& out) {
+void visit_rows(std::span<const ScaledCounts> exposures, const Merged& merged, int first, int last, Accumulator& out) {
   const std::size_t n = exposures.size();
   Pixel p{std::vector<double>(n), std::vector<double>(n), std::vector<double>(n), std::vector<bool>(n), 0};
-  for (int r = 0; r < merged.mask.rows(); ++r) {
+  for (int r = first; r < last; ++r) {
     for (int c = 0; c < merged.mask.columns(); ++c) {
       if (merged.mask(r, c) != 0) continue;
       p.predicted = neighbour_mean(merged, r, c);
@@ -119,6 +142,18 @@ void visit_pixels(std::span<const ScaledCounts> exposures, const Merged& merged,
       out.add(p);
     }
   }
+}
+
+// @param out  empty sums. Bands of rows are summed apart and added in order, so that threads do not change the result.
+void visit_pixels(std::span<const ScaledCounts> exposures, const Merged& merged, Accumulator& out) {
+  constexpr int kBand = 64;
+  const int rows = merged.mask.rows();
+  std::vector<Accumulator> bands(static_cast<std::size_t>((rows + kBand - 1) / kBand), out);
+  tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t i) {
+    const int first = static_cast<int>(i) * kBand;
+    visit_rows(exposures, merged, first, std::min(rows, first + kBand), bands[i]);
+  });
+  for (const Accumulator& band : bands) out.add(band);
 }
 
 PairSums finish(const Accumulator& acc) {

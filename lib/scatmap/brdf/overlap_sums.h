@@ -20,7 +20,7 @@ struct PairIndex {
   std::size_t a, b;
 };
 
-/// @param merged  of the same exposures with the same factors
+/// @param merged  of the same exposures with the same factors; value and mask are read
 /// @param margin  per pair: relative difference that is no outlier yet, beside 6 sigma of noise
 PairSums pair_sums(std::span<const ScaledCounts> exposures, const Merged& merged, std::span<const PairIndex> pairs,
                    std::span<const double> level_per_unit, double u_nonlinearity, const Eigen::VectorXd& margin);

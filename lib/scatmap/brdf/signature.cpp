@@ -7,6 +7,7 @@
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
+#include "scatmap/base/parallel_rows.h"
 
 namespace scatmap {
 namespace {
@@ -17,6 +18,11 @@ struct Circle {
 
 bool good(const Counts& c, int row, int column) { return c.mask(row, column) == 0; }
 
+bool is_inside(const Circle& circle, int row, int column) {
+  const double dy = row - circle.row, dx = column - circle.column;
+  return dx * dx + dy * dy <= circle.radius * circle.radius;
+}
+
 template <class Visit>
 void for_each_inside(const Counts& c, const Circle& circle, Visit&& visit) {
   const int r0 = std::max(0, static_cast<int>(std::floor(circle.row - circle.radius)));
@@ -25,18 +31,18 @@ void for_each_inside(const Counts& c, const Circle& circle, Visit&& visit) {
   const int c1 = std::min(c.mask.columns() - 1, static_cast<int>(std::ceil(circle.column + circle.radius)));
   for (int r = r0; r <= r1; ++r) {
     for (int k = c0; k <= c1; ++k) {
-      if (std::hypot(r - circle.row, k - circle.column) <= circle.radius) visit(r, k);
+      if (is_inside(circle, r, k)) visit(r, k);
     }
   }
 }
 
-// Mean of the good pixels among a pixel and its eight neighbours.
-std::optional<double> local_mean(const Counts& c, int row, int column, bool with_centre) {
+// Mean of the good pixels among the eight neighbours.
+std::optional<double> neighbour_mean(const Counts& c, int row, int column) {
   double sum = 0;
   int n = 0;
   for (int r = std::max(0, row - 1); r <= std::min(c.mask.rows() - 1, row + 1); ++r) {
     for (int k = std::max(0, column - 1); k <= std::min(c.mask.columns() - 1, column + 1); ++k) {
-      if (!good(c, r, k) || (!with_centre && r == row && k == column)) continue;
+      if (!good(c, r, k) || (r == row && k == column)) continue;
       sum += c.rate_dn_per_s(r, k);
       ++n;
     }
@@ -51,7 +57,14 @@ double noise_at(const Counts& c, int row, int column, double rate) {
 
 // A hot pixel may saturate in any frame; anything else that saturates is light.
 void refuse_saturation(const Counts& c) {
+  std::vector<Mask> of_row(static_cast<std::size_t>(c.mask.rows()));
+  for_each_row(c.mask.rows(), [&](int r) {
+    Mask any = 0;
+    for (const Mask m : c.mask.row(r)) any |= m;
+    of_row[static_cast<std::size_t>(r)] = any;
+  });
   for (int r = 0; r < c.mask.rows(); ++r) {
+    if ((of_row[static_cast<std::size_t>(r)] & kSaturated) == 0) continue;
     for (int k = 0; k < c.mask.columns(); ++k) {
       const Mask m = c.mask(r, k);
       if ((m & kSaturated) == 0 || (m & (kHot | kBad)) != 0) continue;
@@ -63,23 +76,57 @@ void refuse_saturation(const Counts& c) {
   }
 }
 
-// Brightest 3 × 3 mean.
-Circle brightest(const Counts& c) {
-  Circle best{0, 0, 0};
-  double highest = -HUGE_VAL, noise = 0;
-  for (int r = 0; r < c.mask.rows(); ++r) {
-    for (int k = 0; k < c.mask.columns(); ++k) {
-      const auto mean = local_mean(c, r, k, true);
-      if (!mean || !(*mean > highest)) continue;
-      highest = *mean;
-      noise = std::sqrt(noise_at(c, r, k, 0) / 9);
-      best = {static_cast<double>(k), static_cast<double>(r), 3};
+// A pixel by the mean of the good ones among itself and its eight neighbours.
+struct Peak {
+  double mean = -HUGE_VAL;
+  int column = 0;
+};
+
+// Sums of three rows, column by column; beyond the frame's sides zero.
+struct ColumnSums {
+  std::vector<double> rate, count;
+  explicit ColumnSums(int columns) : rate(static_cast<std::size_t>(columns) + 2), count(rate.size()) {}
+
+  void fill(const Counts& c, int row) {
+    std::fill(rate.begin(), rate.end(), 0.0);
+    std::fill(count.begin(), count.end(), 0.0);
+    for (int r = std::max(0, row - 1); r <= std::min(c.mask.rows() - 1, row + 1); ++r) {
+      const double* of = c.rate_dn_per_s.row(r).data();
+      const Mask* mask = c.mask.row(r).data();
+      for (std::size_t k = 0; k + 2 < rate.size(); ++k) {
+        rate[k + 1] += mask[k] == 0 ? of[k] : 0;
+        count[k + 1] += mask[k] == 0 ? 1 : 0;
+      }
     }
   }
-  constexpr double kStandsOut = 20;
-  if (!(highest > kStandsOut * noise))
-    throw Error({"signature", "shows no beam: its brightest spot does not stand out of the noise", {}, {}});
+};
+
+Peak row_peak(const Counts& c, int row, ColumnSums& sums) {
+  sums.fill(c, row);
+  Peak best;
+  const double *rate = sums.rate.data(), *count = sums.count.data();
+  for (int k = 0; k < c.mask.columns(); ++k) {
+    const double mean = (rate[k] + rate[k + 1] + rate[k + 2]) / (count[k] + count[k + 1] + count[k + 2]);
+    if (mean > best.mean) best = {mean, k};  // not where it is NaN: no good pixel
+  }
   return best;
+}
+
+// Brightest 3 × 3 mean.
+Circle brightest(const Counts& c) {
+  const int rows = c.mask.rows();
+  std::vector<Peak> peaks(static_cast<std::size_t>(rows));
+  for_row_ranges(rows, [&](int first, int last) {
+    ColumnSums sums(c.mask.columns());
+    for (int r = first; r < last; ++r) peaks[static_cast<std::size_t>(r)] = row_peak(c, r, sums);
+  });
+  const auto highest =
+      std::max_element(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.mean < b.mean; });
+  const int row = static_cast<int>(highest - peaks.begin());
+  constexpr double kStandsOut = 20;
+  if (!(highest->mean > kStandsOut * std::sqrt(noise_at(c, row, highest->column, 0) / 9)))
+    throw Error({"signature", "shows no beam: its brightest spot does not stand out of the noise", {}, {}});
+  return {static_cast<double>(highest->column), static_cast<double>(row), 3};
 }
 
 struct Ring {
@@ -90,10 +137,10 @@ struct Ring {
 // Clipped mean in the ring around the aperture; what else is in the frame (another spot) is clipped away.
 Ring background(const Counts& c, const Circle& circle) {
   std::vector<double> values;
-  const Circle outer{circle.column, circle.row, 1.5 * circle.radius + 5};
+  const Circle outer{circle.column, circle.row, background_radius_px(circle.radius)};
   double noise = 0;
   for_each_inside(c, outer, [&](int r, int k) {
-    if (!good(c, r, k) || std::hypot(r - circle.row, k - circle.column) <= circle.radius) return;
+    if (!good(c, r, k) || is_inside(circle, r, k)) return;
     values.push_back(c.rate_dn_per_s(r, k));
     noise += noise_at(c, r, k, 0);
   });
@@ -162,7 +209,7 @@ Signature measure_signature(const Counts& c, std::optional<double> radius_px) {
   for_each_inside(c, circle, [&](int r, int k) {
     double rate = c.rate_dn_per_s(r, k);
     if (!good(c, r, k)) {
-      const auto mean = local_mean(c, r, k, false);
+      const auto mean = neighbour_mean(c, r, k);
       if (!mean) throw Error({"signature", "has a cluster of bad pixels inside the beam", {}, {}});
       variance +=
           (*mean - ring.level) * (*mean - ring.level) / 16;  // a neighbour mean is good to a quarter of the value

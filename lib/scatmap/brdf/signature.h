@@ -19,6 +19,9 @@ struct Signature {
 /// Aperture radius in units of the beam's second-moment radius (2σ, ISO 11146): a Gaussian leaves exp(−18) outside.
 inline constexpr double kApertureBeamRadii = 3;
 
+/// The background is measured in a ring from the aperture out to here.
+constexpr double background_radius_px(double aperture_radius_px) { return 1.5 * aperture_radius_px + 5; }
+
 /// Finds the spot, its centroid and second-moment radius (iterated in the aperture), the background in a surrounding
 /// ring, and sums. `radius_px` overrides the aperture.
 /// @throws Error if a pixel of the aperture is saturated, no spot stands out of the noise by 20 sigma, or the aperture

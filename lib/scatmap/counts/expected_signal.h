@@ -9,6 +9,15 @@ inline constexpr double kStructureSigmas = 2;
 /// With fewer good neighbours the pixel's own value is all that is known.
 inline constexpr int kLeastNeighbours = 3;
 
+/// Variance of a pixel at its expected signal. Where there is no light the estimate fluctuates about zero and is taken
+/// as it is: cut off at zero it would make variances too large on average. Only what no noise explains is cut off, at
+/// kLeastVariance of the floor.
+inline constexpr double kLeastVariance = 0.5;
+constexpr double variance_at(double expected, double floor, double shot) {
+  const double variance = floor + expected * shot, least = kLeastVariance * floor;
+  return variance > least ? variance : least;
+}
+
 /// Best local estimate of the signal that a noisy image samples, for use in variances, weights and gradients (never as
 /// the result itself): expected = m + w (value − m), with m and s² mean and variance of the good neighbours in a 5 × 5
 /// window without the pixel itself, and w = τ²/(τ² + v), τ² = max(0, s² − v (1 + 2 sqrt(2/(n − 1)))), v the noise

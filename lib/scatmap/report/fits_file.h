@@ -1,5 +1,4 @@
 #pragma once
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -28,7 +27,8 @@ struct FitsColumn {
 };
 
 /// A FITS file being written, whole or absent (OutputFile). Extension names, units and keywords per HDU; every HDU gets
-/// CHECKSUM and DATASUM. @throws Error naming the target for any failure of CFITSIO or the disk
+/// CHECKSUM and DATASUM. CFITSIO makes headers and tables, in memory; pixels go to the disk past it, in parallel.
+/// @throws Error naming the target for any failure of CFITSIO or the disk
 class FitsWriter {
  public:
   FitsWriter(const std::filesystem::path& target, Overwrite overwrite);
@@ -36,10 +36,17 @@ class FitsWriter {
   FitsWriter(const FitsWriter&) = delete;
   FitsWriter& operator=(const FitsWriter&) = delete;
 
-  /// Appends an image HDU; the first becomes the primary.
-  void image(const std::string& name, const std::string& unit, const Grid<double>& data, FitsPixels pixels);
+  /// Appends an image HDU; the first becomes the primary. The pixels are read when the next HDU begins or at
+  /// commit() and must live until then; or move them in.
+  /// @param factor multiplies each pixel
+  void image(const std::string& name, const std::string& unit, const Grid<double>& data, FitsPixels pixels,
+             double factor = 1);
   void image(const std::string& name, const std::string& unit, const Grid<float>& data);
+  void image(const std::string& name, const std::string& unit, Grid<float>&& data);
   void image(const std::string& name, const Grid<Mask>& data);
+  void image(const std::string& name, const std::string& unit, Grid<double>&& data, FitsPixels pixels,
+             double factor = 1) = delete;
+  void image(const std::string& name, Grid<Mask>&& data) = delete;
   void table(const std::string& name, const std::vector<FitsColumn>& columns);
 
   /// Keywords of the HDU begun last. Numbers keep every bit.
@@ -52,14 +59,13 @@ class FitsWriter {
 
  private:
   void check(int status, const char* doing);
+  void begin_hdu();
   void begin_image(const std::string& name, const std::string& unit, int bitpix, int rows, int columns);
   void finish_hdu();
 
   OutputFile out_;
-  struct Handle;
-  std::unique_ptr<Handle> fits_;
-  bool hdu_open_ = false;
-  std::optional<std::uint32_t> data_sum_;  ///< of the open HDU, where it was summed from memory
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 /// A FITS file being read back. @throws Error naming file and HDU

@@ -25,12 +25,6 @@ SCATMAP_CLONES std::uint32_t fits_sum_of_doubles(std::span<const double> pixels)
   return folded(static_cast<std::uint64_t>(folded(high)) + folded(low));
 }
 
-SCATMAP_CLONES std::uint32_t fits_sum_of_rounded(std::span<const double> pixels) {
-  std::uint64_t sum = 0;
-  for (const double v : pixels) sum += std::bit_cast<std::uint32_t>(static_cast<float>(v));
-  return folded(sum);
-}
-
 SCATMAP_CLONES std::uint32_t fits_sum_of_floats(std::span<const float> pixels) {
   std::uint64_t sum = 0;
   for (const float v : pixels) sum += std::bit_cast<std::uint32_t>(v);
@@ -47,5 +41,14 @@ SCATMAP_CLONES std::uint32_t fits_sum_of_masks(std::span<const Mask> pixels) {
   if (pixels.size() % 2 == 1) first += pixels.back();
   return folded((static_cast<std::uint64_t>(folded(first)) << 16) + folded(second));
 }
+
+std::uint32_t fits_sum_of_bytes(std::span<const char> bytes) {
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    sum += std::uint64_t{static_cast<unsigned char>(bytes[i])} << (24 - 8 * (i % 4));
+  return folded(sum);
+}
+
+std::uint32_t fits_sum_folded(std::uint64_t sum) { return folded(sum); }
 
 }  // namespace scatmap

@@ -3,23 +3,15 @@
 #include <cmath>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include "scatmap/angles/angle_uncertainty.h"
 #include "scatmap/angles/tan_wcs.h"
-#include "scatmap/base/parallel_rows.h"
 #include "scatmap/base/units.h"
 #include "scatmap/report/fits_file.h"
 
 namespace scatmap {
 namespace {
-
-Grid<double> in_degrees(const Grid<double>& rad) {
-  Grid<double> out(rad.rows(), rad.columns());
-  for_each_row(rad.rows(), [&](int row) {
-    for (int c = 0; c < rad.columns(); ++c) out(row, c) = rad(row, c) * kDegPerRad;
-  });
-  return out;
-}
 
 // A lens bends the plane: no TAN projection then.
 std::optional<TanWcs> wcs_of(const Instrument& instrument, const SampleView& view) {
@@ -126,8 +118,8 @@ void write_parts(FitsWriter& fits, const BrdfMap& map) {
 
 void write_angle_images(FitsWriter& fits, const AngleMap& angles, bool theta_done,
                         FitsPixels pixels = FitsPixels::kDouble) {
-  if (!theta_done) fits.image("THETA_S_DEG", "deg", in_degrees(angles.theta_s_rad), pixels);
-  fits.image("PHI_S_DEG", "deg", in_degrees(angles.phi_s_rad), pixels);
+  if (!theta_done) fits.image("THETA_S_DEG", "deg", angles.theta_s_rad, pixels, kDegPerRad);
+  fits.image("PHI_S_DEG", "deg", angles.phi_s_rad, pixels, kDegPerRad);
   fits.image("SOLID_ANGLE_SR", "sr", angles.solid_angle_sr, pixels);
 }
 
@@ -140,16 +132,16 @@ void write_method(FitsWriter& fits, const std::optional<AngleMethodNote>& method
 
 // From the calibration, where the instrument has one.
 void write_angle_uncertainty(FitsWriter& fits, const Instrument& instrument, const Pose& pose, const Grid<Mask>& mask) {
-  const auto u = angle_uncertainty(instrument, pose, mask);
+  auto u = angle_uncertainty(instrument, pose, mask);
   if (!u) return;
   const auto degrees = [](Grid<float> rad) {
     for (float& v : rad) v = static_cast<float>(v * kDegPerRad);
     return rad;
   };
-  fits.image("SIGMA_THETA_S_DEG", "deg", degrees(u->theta_s_rad));
-  fits.image("SIGMA_PHI_S_DEG", "deg", degrees(u->phi_s_rad));
-  fits.image("CORR_THETA_PHI", "", u->correlation);
-  fits.image("SIGMA_DIRECTION_PX", "pixel", u->direction_px);
+  fits.image("SIGMA_THETA_S_DEG", "deg", degrees(std::move(u->theta_s_rad)));
+  fits.image("SIGMA_PHI_S_DEG", "deg", degrees(std::move(u->phi_s_rad)));
+  fits.image("CORR_THETA_PHI", "", std::move(u->correlation));
+  fits.image("SIGMA_DIRECTION_PX", "pixel", std::move(u->direction_px));
 }
 
 void write_common(FitsWriter& fits, const ScaleBudget& scale) {
@@ -246,7 +238,7 @@ void write_angles_fits(const AngleMap& angles, const Instrument& instrument, con
   const bool single = method && method->precision == Precision::kSingle;
   const FitsPixels pixels = single ? FitsPixels::kFloat : FitsPixels::kDouble;
   FitsWriter fits(target, overwrite);
-  fits.image("THETA_S_DEG", "deg", in_degrees(angles.theta_s_rad), pixels);
+  fits.image("THETA_S_DEG", "deg", angles.theta_s_rad, pixels, kDegPerRad);
   write_wcs(fits, wcs);
   write_pose(fits, view, pose, 0);
   write_lens(fits, instrument);
