@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <map>
@@ -143,7 +144,24 @@ SpotSetting combined(const SpotSetting& first, const SpotSetting& second) {
 }
 
 SpotSetting header_setting(const Frame& frame) {
-  return {{}, frame.header.stage_deg, frame.header.arm_deg, frame.header.tilt_deg, {}};
+  SpotSetting s{{}, frame.header.stage_deg, frame.header.arm_deg, frame.header.tilt_deg, {}};
+  std::string target = frame.header.target.value_or("");
+  std::transform(target.begin(), target.end(), target.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (target == "specular" || target == "direct") s.kind = parse_kind(target, frame.file.string() + ": TARGET");
+  return s;
+}
+
+std::optional<std::string> doubt_of_kind(const SpotSetting& setting) {
+  if (setting.kind || !setting.stage_deg || !setting.arm_deg) return std::nullopt;
+  const auto apart_deg = [](double a, double b) { return std::abs(std::remainder(a - b, 360)); };
+  const double specular_deg = 2 * *setting.stage_deg;
+  if (apart_deg(*setting.arm_deg, specular_deg) <= kMirrorReach_deg) return std::nullopt;
+  if (apart_deg(*setting.arm_deg, 180) > kMirrorReach_deg) return std::nullopt;
+  return "nothing says its kind, and a mirror at stage " + number_text(*setting.stage_deg) + " sends the beam to arm " +
+         number_text(specular_deg) + ", not " + number_text(*setting.arm_deg) +
+         "; written as specular; if it is the direct beam, say so: the FITS card TARGET = 'direct', the column kind of "
+         "--angles, or --kind direct";
 }
 
 Target target_of(const SpotSetting& setting, const fs::path& frame) {

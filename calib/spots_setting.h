@@ -43,8 +43,16 @@ class SettingTable {
 /// `first` where it states something, else `second`.
 SpotSetting combined(const SpotSetting& first, const SpotSetting& second);
 
-/// What a frame's own header states.
+/// What a frame's own header states: STAGEDEG, ARMDEG, TILTDEG and TARGET. A TARGET other than specular or direct, in
+/// upper or lower case, says nothing here: other programs keep names of samples there.
 SpotSetting header_setting(const Frame& frame);
+
+/// A mirror at the stage angle sends the beam to arm = 2 stage; further off than this it misses any detector.
+inline constexpr double kMirrorReach_deg = 20;
+
+/// Where no kind is stated, no mirror can have made the spot and the arm is near the direct beam: what is wrong and how
+/// to say better, for a note. @returns nullopt if there is no such doubt
+std::optional<std::string> doubt_of_kind(const SpotSetting& setting);
 
 /// A target of the setting, without its centroid: specular with tilt 0 unless stated; mount is left to the caller.
 /// @throws Error naming the frame if a motor angle is not stated, or a direct beam has a tilt or mount

@@ -4,6 +4,7 @@
 #include "data-synthetic/write_frames.h"
 #include "data-synthetic/write_toml.h"
 #include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
 #include "scatmap/base/output_file.h"
 
 namespace scatmap::synth {
@@ -24,15 +25,15 @@ PixelPoint signature_centre(const Scene& scene, const TrueMotors& motors) {
   if (hit && on_sensor(scene.bench, *hit)) return *hit;
   throw Error({scene.name + ": signature.arm_deg",
                "turns the sensor out of the direct beam",
-               exact(scene.brdf->signature_arm_deg),
+               number_text(scene.brdf->signature_arm_deg),
                {}});
 }
 
 std::string pose_toml(const TrueMotors& sample, const TrueMotors& signature, const PixelPoint& centre) {
-  return "stage_deg = " + exact(sample.stage_deg) + "\narm_deg = " + exact(sample.arm_deg) +
-         "\n\n[signature]\narm_deg = " + exact(signature.arm_deg) +
-         "\ncolumn_px = " + exact(static_cast<double>(centre.column_px)) +
-         "\nrow_px = " + exact(static_cast<double>(centre.row_px)) + "\n";
+  return "stage_deg = " + number_text(sample.stage_deg) + "\narm_deg = " + number_text(sample.arm_deg) +
+         "\n\n[signature]\narm_deg = " + number_text(signature.arm_deg) +
+         "\ncolumn_px = " + number_text(static_cast<double>(centre.column_px)) +
+         "\nrow_px = " + number_text(static_cast<double>(centre.row_px)) + "\n";
 }
 
 // The truth's images: TRUTH_BRDF is the primary, the rest are extensions.

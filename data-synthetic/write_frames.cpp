@@ -50,6 +50,7 @@ std::string FrameWriter::write(const std::string& name, const std::string& image
                               {"BUNIT", std::string("adu"), {}},
                               {"DATE-OBS", scene_.date_obs, "UTC, from the scene file"}};
   if (setting.tilt_deg) cards.push_back({"TILTDEG", *setting.tilt_deg, "[deg] known mirror tilt"});
+  if (!setting.target.empty()) cards.push_back({"TARGET", setting.target, "what the beam met"});
   for (FitsCard& card : history_cards(provenance_)) cards.push_back(std::move(card));
   const std::string path = "frames/" + name + ".fits";
   FitsWriter file(folder_ / path);

@@ -16,7 +16,8 @@ struct FrameSetting {
   double true_exposure_s = 0;  ///< as the dark current sees it
   double stage_deg = 0;        ///< as commanded
   double arm_deg = 0;
-  std::optional<double> tilt_deg{};  ///< known tilt of a mirror setting
+  std::optional<double> tilt_deg{};  ///< known tilt of a mirror setting; 0 for a direct beam
+  std::string target{};              ///< "specular" or "direct"; empty: the card is not written
 };
 
 /// Writes raw frames into DIR/frames and numbers them, so that each has its own random numbers.

@@ -5,6 +5,7 @@
 #include "data-synthetic/write_frames.h"
 #include "data-synthetic/write_toml.h"
 #include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
 #include "scatmap/base/output_file.h"
 
 namespace scatmap::synth {
@@ -26,19 +27,20 @@ TrueTarget true_target(const Scene& scene, std::size_t number) {
   const TruthGeometry geometry(bench, motors.stage_deg, motors.arm_deg, target.tilt_deg);
   const auto hit = target.direct ? geometry.direct_hit() : geometry.mirror_hit();
   if (hit && on_sensor(bench, *hit)) return {motors, *hit};
-  throw Error(
-      {scene.name + ": target " + std::to_string(number + 1),
-       "its beam misses the sensor",
-       "stage " + exact(target.stage_deg) + ", arm " + exact(target.arm_deg) + ", tilt " + exact(target.tilt_deg),
-       {}});
+  throw Error({scene.name + ": target " + std::to_string(number + 1),
+               "its beam misses the sensor",
+               "stage " + number_text(target.stage_deg) + ", arm " + number_text(target.arm_deg) + ", tilt " +
+                   number_text(target.tilt_deg),
+               {}});
 }
 
 std::string row_text(const Scene& scene, const MirrorTarget& target, const TrueMotors& motors, double column_px,
                      double row_px, const std::string& file) {
   const std::string mount = target.direct ? "" : scene.mirror->mounts[target.mount].name;
-  return std::string(target.direct ? "direct" : "specular") + "," + exact(motors.stage_deg) + "," +
-         exact(motors.arm_deg) + "," + exact(target.tilt_deg) + "," + exact(column_px) + "," + exact(row_px) + "," +
-         exact(scene.mirror->sigma_px) + "," + mount + (file.empty() ? "" : "," + file) + "\n";
+  return std::string(target.direct ? "direct" : "specular") + "," + number_text(motors.stage_deg) + "," +
+         number_text(motors.arm_deg) + "," + number_text(target.tilt_deg) + "," + number_text(column_px) + "," +
+         number_text(row_px) + "," + number_text(scene.mirror->sigma_px) + "," + mount +
+         (file.empty() ? "" : "," + file) + "\n";
 }
 
 std::string write_target_frame(const Scene& scene, std::size_t number, const PixelPoint& centre, FrameWriter& writer) {
@@ -46,9 +48,9 @@ std::string write_target_frame(const Scene& scene, std::size_t number, const Pix
   const auto spot_e = gaussian_spot_e(scene.bench, centre, scene.signature_diameter_mm, scene.mirror->spot_e);
   const double exposure_s = scene.mirror->exposure_s;
   const std::string name = "target_" + std::to_string(1001 + number).substr(1);
-  FrameSetting setting{exposure_s, exposure_s, target.stage_deg, target.arm_deg};
-  if (!target.direct) setting.tilt_deg = target.tilt_deg;
-  return writer.write(name, "Light Frame", spot_e, setting);
+  return writer.write(name, "Light Frame", spot_e,
+                      {exposure_s, exposure_s, target.stage_deg, target.arm_deg, target.direct ? 0 : target.tilt_deg,
+                       target.direct ? "direct" : "specular"});
 }
 
 }  // namespace
@@ -74,8 +76,8 @@ void write_mirror_dataset(const Scene& scene, const fs::path& folder, const Prov
   write_text_file(folder / "truth/targets.csv", truth, Overwrite::kKeep);
   std::string mounts = provenance_comment(provenance);
   for (const MirrorMount& m : mirror.mounts) {
-    mounts += "\n[[mount]]\nname = \"" + m.name + "\"\ntilt_deg = " + exact(m.tilt_deg) +
-              "\nheight_mm = " + exact(m.height_mm) + "\n";
+    mounts += "\n[[mount]]\nname = \"" + m.name + "\"\ntilt_deg = " + number_text(m.tilt_deg) +
+              "\nheight_mm = " + number_text(m.height_mm) + "\n";
   }
   write_text_file(folder / "truth/mounts.toml", mounts, Overwrite::kKeep);
 }

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <span>
 
+#include "scatmap/base/number_text.h"
+
 namespace scatmap::synth {
 namespace {
 
@@ -31,13 +33,13 @@ std::string key_text(const std::string& name) {
   return std::all_of(name.begin(), name.end(), bare) ? name : quoted(name);
 }
 
-std::string line(const std::string& key, double value) { return key + " = " + exact(value) + "\n"; }
+std::string line(const std::string& key, double value) { return key + " = " + number_text(value) + "\n"; }
 std::string line(const std::string& key, bool value) { return key + (value ? " = true\n" : " = false\n"); }
 std::string line(const std::string& key, const std::string& value) { return key + " = " + quoted(value) + "\n"; }
 
 std::string line(const std::string& key, std::span<const double> values) {
   std::string out = key + " = [";
-  for (std::size_t i = 0; i < values.size(); ++i) out += (i == 0 ? "" : ", ") + exact(values[i]);
+  for (std::size_t i = 0; i < values.size(); ++i) out += (i == 0 ? "" : ", ") + number_text(values[i]);
   return out + "]\n";
 }
 
@@ -77,12 +79,6 @@ std::string name_of(Polarization polarization) {
 }
 
 }  // namespace
-
-std::string exact(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.17g", value);
-  return text.data();
-}
 
 std::string provenance_comment(const Provenance& provenance) {
   std::string text = "# Written by " + provenance.written_by + "\n# Command: " + provenance.command_line;

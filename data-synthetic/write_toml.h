@@ -7,8 +7,6 @@
 
 namespace scatmap::synth {
 
-/// "%.17g": reads back as the same double.
-std::string exact(double value);
 /// One comment line each: program, command line, inputs with checksums. Control characters become spaces.
 std::string provenance_comment(const Provenance& provenance);
 

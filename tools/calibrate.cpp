@@ -175,7 +175,7 @@ void setup_calibrate(CLI::App& app, const Invocation& invocation) {
       ->capture_default_str();
   verb->add_option("--tolerance-px", o->calibrate.tolerance_px,
                    "directions may be off by this for parameters that the targets do not see")
-      ->check(CLI::NonNegativeNumber & finite_number())
+      ->check(non_negative_number())
       ->capture_default_str();
   verb->add_option("--bootstrap", o->bootstrap_trials, "fits this often anew and states the scatter of directions")
       ->check(CLI::Range(2, 10'000'000));

@@ -33,6 +33,35 @@ CLI::Validator finite_number() {
       "");
 }
 
+namespace {
+
+CLI::Validator number_from_zero(bool zero_too) {
+  const std::string wanted = zero_too ? "a number >= 0" : "a number > 0";
+  return CLI::Validator(
+      [zero_too, wanted](std::string& text) {
+        double value = 0;
+        const bool ok =
+            CLI::detail::lexical_cast(text, value) && std::isfinite(value) && (zero_too ? value >= 0 : value > 0);
+        return ok ? std::string() : "'" + text + "' must be " + wanted;
+      },
+      wanted.substr(2));
+}
+
+}  // namespace
+
+CLI::Validator positive_number() { return number_from_zero(false); }
+CLI::Validator non_negative_number() { return number_from_zero(true); }
+
+void require_distinct(const std::vector<std::string>& files, const std::vector<std::string>& darks) {
+  std::set<std::filesystem::path> seen;
+  for (const auto* list : {&files, &darks}) {
+    for (const std::string& f : *list) {
+      if (!seen.insert(std::filesystem::weakly_canonical(std::filesystem::absolute(f))).second)
+        throw Error({f, "is given twice", {}, "each frame once"});
+    }
+  }
+}
+
 CLI::Validator angle_range() {
   return CLI::Validator(
       [](std::string& text) {

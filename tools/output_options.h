@@ -24,8 +24,16 @@ struct OutputOptions {
   std::vector<std::string> kinds_;
 };
 
-/// Neither NaN nor infinite, both of which CLI::Range and CLI::PositiveNumber let through in places.
+/// Neither NaN nor infinite, both of which CLI::Range lets through in places.
 CLI::Validator finite_number();
+
+/// Finite and > 0; unlike CLI::PositiveNumber it says so in words, not as a range up to the largest double.
+CLI::Validator positive_number();
+/// Finite and >= 0.
+CLI::Validator non_negative_number();
+
+/// Refuses a file that is named twice among both lists, by whatever path. @throws Error naming it
+void require_distinct(const std::vector<std::string>& files, const std::vector<std::string>& darks);
 
 /// −360 to 360, and not NaN, which CLI::Range lets through.
 CLI::Validator angle_range();

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -7,6 +8,7 @@
 #include "scatmap/angles/instrument.h"
 #include "scatmap/base/error.h"
 #include "scatmap/base/provenance.h"
+#include "scatmap/counts/dark.h"
 #include "scatmap/counts/photon_transfer.h"
 #include "tools/output_options.h"
 #include "tools/verbs.h"
@@ -17,16 +19,26 @@ namespace {
 struct Options {
   std::vector<std::string> flats, darks;
   std::string instrument;
-  double saturation_dn = 0;
+  std::optional<double> saturation_dn;
   OutputOptions output;
 };
 
 using FramesByTime = std::map<double, std::vector<Frame>>;
 
-FramesByTime read_by_time(const std::vector<std::string>& files, std::vector<InputRecord>& records) {
+void check_size(const Frame& f, const Instrument& instrument, const std::string& instrument_file) {
+  if (f.dn.columns() == instrument.columns && f.dn.rows() == instrument.rows) return;
+  throw Error({f.file.string(), "has the wrong size",
+               std::to_string(f.dn.columns()) + " x " + std::to_string(f.dn.rows()),
+               std::to_string(instrument.columns) + " x " + std::to_string(instrument.rows) +
+                   " as detector.columns and rows of " + instrument_file + " say"});
+}
+
+FramesByTime read_by_time(const std::vector<std::string>& files, const Instrument& instrument,
+                          const std::string& instrument_file, std::vector<InputRecord>& records) {
   FramesByTime out;
   for (const std::string& file : files) {
     Frame f = read_frame(file);
+    check_size(f, instrument, instrument_file);
     if (!f.header.exposure_s) throw Error({file, "does not say its exposure time", {}, "EXPTIME"});
     records.push_back(record_input(file, f.state));
     out[*f.header.exposure_s].push_back(std::move(f));
@@ -113,13 +125,14 @@ void print_text(const PhotonTransfer& p) {
 
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
+  require_distinct(o.flats, o.darks);
   Provenance provenance{invocation.command_line, "scatmap " + version(), {record_input(o.instrument)}};
   const Instrument nominal = read_instrument(o.instrument);
-  const FramesByTime flats = read_by_time(o.flats, provenance.inputs), darks = read_by_time(o.darks, provenance.inputs);
-  std::optional<double> stated = nominal.sensor.saturation_dn;
-  if (o.saturation_dn > 0) stated = o.saturation_dn;
+  const FramesByTime flats = read_by_time(o.flats, nominal, o.instrument, provenance.inputs),
+                     darks = read_by_time(o.darks, nominal, o.instrument, provenance.inputs);
+  for (const auto& [time, frames] : darks) std::for_each(frames.begin(), frames.end(), require_dark);
   const std::vector<TransferLevel> levels = levels_of(flats, darks);
-  const PhotonTransfer p = photon_transfer(levels, stated);
+  const PhotonTransfer p = photon_transfer(levels, nominal.sensor.saturation_dn, o.saturation_dn);
   std::string text = "# [sensor] measured by photon transfer (EMVA 1288)\n# written by " + provenance.written_by + "\n";
   for (const InputRecord& i : provenance.inputs) text += "# input sha256 " + i.sha256 + "\n";
   write_text_file(o.output.targets.front(), text + to_toml(with_sensor(nominal, p)), o.output.overwrite());
@@ -135,8 +148,8 @@ void setup_sensor(CLI::App& app, const Invocation& invocation) {
   verb->add_option("flats", o->flats, "frames under constant uniform light: two or more per exposure time")->required();
   verb->add_option("--darks", o->darks, "dark frames: two or more per exposure time of the flats")->required();
   verb->add_option("--instrument", o->instrument, "instrument.toml whose [sensor] is to be replaced")->required();
-  verb->add_option("--saturation-dn", o->saturation_dn, "where the frames do not reach it")
-      ->check(CLI::PositiveNumber & finite_number());
+  verb->add_option("--saturation-dn", o->saturation_dn, "instead of what the frames and the instrument say")
+      ->check(positive_number());
   o->output.add_to(*verb, "instrument.toml to write", {".toml"});
   verb->callback([o, invocation] { run(*o, invocation); });
 }

@@ -11,6 +11,7 @@
 #include "scatmap/base/error.h"
 #include "scatmap/base/provenance.h"
 #include "scatmap/base/units.h"
+#include "scatmap/counts/dark.h"
 #include "tools/output_options.h"
 #include "tools/progress_bar.h"
 #include "tools/verbs.h"
@@ -35,6 +36,7 @@ struct Options {
 struct MeasuredFrame {
   fs::path file;
   calib::SpotsInFrame found;
+  std::vector<std::string> notes;  ///< on what the frame is said to be
 };
 
 double stated(const std::optional<double>& option, const std::optional<double>& instrument,
@@ -139,7 +141,8 @@ void print_json(const std::vector<MeasuredFrame>& frames, const std::string& met
     out["frames"].push_back({{"file", utf8_text(f.file.string())},
                              {"spots", spots},
                              {"hot_pixels", f.found.hot_pixels},
-                             {"dropped", f.found.dropped}});
+                             {"dropped", f.found.dropped},
+                             {"notes", f.notes}});
   }
   std::printf("%s\n", out.dump(2).c_str());
 }
@@ -155,6 +158,7 @@ void print_text(const std::vector<MeasuredFrame>& frames) {
 
 void print_notes(const std::vector<MeasuredFrame>& frames) {
   for (const MeasuredFrame& f : frames) {
+    for (const std::string& n : f.notes) std::fprintf(stderr, "note: %s: %s\n", f.file.c_str(), n.c_str());
     if (f.found.spots.empty()) {
       std::fprintf(stderr, "skipped: %s: %s\n", f.file.c_str(), why_without_spot(f).c_str());
       continue;
@@ -210,7 +214,10 @@ class SpotFinder {
  public:
   explicit SpotFinder(const Options& o) : options_(o) {
     if (!o.instrument.empty()) instrument_ = read_instrument(o.instrument);
-    for (const std::string& d : o.darks) darks_.push_back(read_frame(d));
+    for (const std::string& d : o.darks) {
+      darks_.push_back(read_frame(d));
+      require_dark(darks_.back());
+    }
   }
 
   calib::SpotsInFrame find(const Frame& frame) {
@@ -238,15 +245,24 @@ calib::SpotSetting setting_of(const Frame& frame, const calib::SpotSetting& stat
                               const std::optional<calib::SettingTable>& table) {
   calib::SpotSetting s = stated;
   if (table) {
-    const auto line = table->find(frame.file);
-    if (!line) throw Error({frame.file.string(), "has no line in " + table->name(), {}, {}});
-    s = calib::combined(s, *line);
+    if (const auto line = table->find(frame.file)) s = calib::combined(s, *line);
   }
   return calib::combined(s, calib::header_setting(frame));
 }
 
+// What the user should know of how a setting came about.
+std::vector<std::string> notes_on(const calib::SpotSetting& setting, const fs::path& frame,
+                                  const std::optional<calib::SettingTable>& table) {
+  std::vector<std::string> out;
+  if (table && !table->find(frame))
+    out.push_back("has no line in " + utf8_text(table->name()) + "; its header is taken");
+  if (const auto doubt = calib::doubt_of_kind(setting)) out.push_back(*doubt);
+  return out;
+}
+
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
+  require_distinct(o.frames, o.darks);
   const fs::path csv = o.output.targets.front();
   const calib::SpotSetting command_line = command_line_setting(o);
   std::optional<calib::SettingTable> table;
@@ -267,7 +283,7 @@ void run(const Options& o, const Invocation& invocation) {
       target.mount = static_cast<std::size_t>(known - list.mounts.begin());
       if (known == list.mounts.end()) list.mounts.push_back(mount);
     }
-    measured.push_back({frame.file, finder.find(frame)});
+    measured.push_back({frame.file, finder.find(frame), notes_on(setting, frame.file, table)});
     if (measured.back().found.spots.empty()) continue;
     const calib::Spot& spot = measured.back().found.spots.front();
     target.column_px = spot.column_px;
@@ -289,19 +305,17 @@ void setup_spots(CLI::App& app, const Invocation& invocation) {
   verb->add_option("frames", o->frames, "raw frames, one target each")->required();
   verb->add_option("--darks", o->darks, "dark frames of the same exposure; none: each frame's own background");
   verb->add_option("--instrument", o->instrument, "instrument.toml, for gain, read noise and saturation");
-  verb->add_option("--gain-e-per-dn", o->gain_e_per_dn, "instead of the instrument's")
-      ->check(CLI::PositiveNumber & finite_number());
-  verb->add_option("--read-noise-e", o->read_noise_e, "instead of the instrument's")
-      ->check(CLI::NonNegativeNumber & finite_number());
-  verb->add_option("--saturation-dn", o->saturation_dn, "instead of the instrument's")
-      ->check(CLI::PositiveNumber & finite_number());
-  verb->add_option("--angles", o->angles,
-                   "CSV with columns file, kind, stage_deg, arm_deg, tilt_deg, mount; overrides FITS headers");
+  verb->add_option("--gain-e-per-dn", o->gain_e_per_dn, "instead of the instrument's")->check(positive_number());
+  verb->add_option("--read-noise-e", o->read_noise_e, "instead of the instrument's")->check(non_negative_number());
+  verb->add_option("--saturation-dn", o->saturation_dn, "instead of the instrument's")->check(positive_number());
+  verb->add_option(
+      "--angles", o->angles,
+      "CSV with the column file and any of kind, stage_deg, arm_deg, tilt_deg, mount; overrides FITS headers");
   verb->add_option("--stage-deg", o->stage_deg, "of a single frame; overrides the rest")->check(angle_range());
   verb->add_option("--arm-deg", o->arm_deg, "of a single frame")->check(angle_range());
   verb->add_option("--tilt-deg", o->tilt_deg, "known mirror tilt of a single frame")
       ->check(CLI::Range(-89.0, 89.0) & finite_number());
-  verb->add_option("--kind", o->kind, "of a single frame; specular if nothing says otherwise")
+  verb->add_option("--kind", o->kind, "of a single frame; without it the header's TARGET, else specular")
       ->check(CLI::IsMember({"specular", "direct"}));
   verb->add_option("--mount", o->mount, "mirror mounting of a single frame");
   verb->add_option("--method", o->method, "ml: Gaussian maximum likelihood; moments: windowed moments")

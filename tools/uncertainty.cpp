@@ -304,7 +304,7 @@ void setup_uncertainty(CLI::App& app, const Invocation&) {
       ->check(CLI::Number);
   verb->add_option("--target-percent", o->target_percent,
                    "which filter calibration brings the total standard uncertainty to this")
-      ->check(CLI::PositiveNumber & finite_number());
+      ->check(positive_number());
   verb->add_option("--digits", o->digits, "significant digits of u that first order must hold (JCGM 101, clause 8)")
       ->check(CLI::Range(1, 2))
       ->capture_default_str();

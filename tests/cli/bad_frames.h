@@ -33,7 +33,7 @@ inline std::vector<BadInput> bad_frames() {
       {"frame: row of values", run, card(sample, "NAXIS", "1"), 1, {sample}},
       {"frame: gzip", run, write(sample, std::string("\x1f\x8b\x08\0\0\0\0\0\0\x03", 10)), 1, {sample, "gzip"}},
       {"frame: tile-compressed", run, tile_compress(sample), 1, {sample, "tile-compressed"}},
-      {"frame: a map", run, copy("maps/angles.fits", sample), 1, {"measurement.toml", "without a good pixel"}},
+      {"frame: a map", run, copy("maps/angles.fits", sample), 1, {sample, "says a map"}},
       {"frame: JPEG", run, write(sample, "\xff\xd8\xff\xe0JFIF"), 1, {sample, "JPEG"}},
       {"frame: colour image", run, write(sample, "P6 64 64 65535\n"), 1, {sample, "colour"}},
       {"frame: short PGM", run, write(sample, "P5 64 64 65535\n123"), 1, {sample}},

@@ -43,6 +43,18 @@ class SpotsVerb : public testing::Test {
     EXPECT_EQ(status, 0);
     return name;
   }
+  // The frame of a target, with one card taken out.
+  static std::string without_card(int number, const char* key) {
+    const std::string name = std::string("no_") + key + "_" + std::to_string(number) + ".fits";
+    fs::copy_file(folder_ / frame(number), folder_ / name, fs::copy_options::overwrite_existing);
+    fitsfile* file = nullptr;
+    int status = 0;
+    fits_open_diskfile(&file, (folder_ / name).c_str(), READWRITE, &status);
+    fits_delete_key(file, key, &status);
+    fits_close_file(file, &status);
+    EXPECT_EQ(status, 0);
+    return name;
+  }
   static void write(const std::string& name, const std::string& text) { Lab(folder_).write(name, text); }
   static calib::TargetList targets(const std::string& name) { return calib::read_targets(folder_ / name); }
 
@@ -50,15 +62,9 @@ class SpotsVerb : public testing::Test {
 };
 
 TEST_F(SpotsVerb, TargetsAreTheSimulatorsAnglesAndPlaces) {
-  write(
-      "kinds.csv", "file,kind\nlab/frames/target_013.fits,direct\nlab/frames/target_014.fits,direct\n" + [] {
-        std::string lines;
-        for (int i = 1; i <= 12; ++i) lines += frame(i) + ",specular\n";
-        return lines;
-      }());
   std::vector<std::string> arguments{"spots"};
   for (int i = 1; i <= 14; ++i) arguments.push_back(frame(i));
-  arguments.insert(arguments.end(), {"--angles", "kinds.csv", "-o", "found.csv"});
+  arguments.insert(arguments.end(), {"-o", "found.csv"});
   const ToolRun done = run(arguments);
   ASSERT_EQ(done.status, 0) << done.err;
   const calib::TargetList found = targets("found.csv"), truth = targets("lab/truth/targets.csv"),
@@ -66,7 +72,7 @@ TEST_F(SpotsVerb, TargetsAreTheSimulatorsAnglesAndPlaces) {
   ASSERT_EQ(found.targets.size(), truth.targets.size());
   for (std::size_t i = 0; i < found.targets.size(); ++i) {
     const calib::Target& t = found.targets[i];
-    EXPECT_EQ(t.kind, truth.targets[i].kind);
+    EXPECT_EQ(t.kind, truth.targets[i].kind);  // from TARGET
     EXPECT_NEAR(t.stage_rad, commanded.targets[i].stage_rad, 1e-12);
     EXPECT_NEAR(t.arm_rad, commanded.targets[i].arm_rad, 1e-12);
     EXPECT_NEAR(t.tilt_rad, commanded.targets[i].tilt_rad, 1e-12);  // from TILTDEG
@@ -74,6 +80,47 @@ TEST_F(SpotsVerb, TargetsAreTheSimulatorsAnglesAndPlaces) {
     EXPECT_LE(std::abs(t.row_px - truth.targets[i].row_px), 5 * t.sigma_px);
     EXPECT_LE(t.sigma_px, 0.05);
   }
+}
+
+// Frames to calibration with nothing stated beside the frames: the direct beams must not be lost on the way.
+TEST_F(SpotsVerb, CalibrateUsesTheDirectBeamsOfTheFrames) {
+  std::vector<std::string> arguments{"spots"};
+  for (int i = 1; i <= 14; ++i) arguments.push_back(frame(i));
+  arguments.insert(arguments.end(), {"-o", "all.csv"});
+  const ToolRun found = run(arguments);
+  ASSERT_EQ(found.status, 0) << found.err;
+  EXPECT_EQ(found.err.find("nothing says its kind"), std::string::npos) << found.err;
+  const ToolRun done = run({"calibrate", "all.csv", "-o", "calibrated.toml", "--json"});
+  ASSERT_EQ(done.status, 0) << done.err;
+  EXPECT_EQ((done.out + done.err).find("direct-beam frame"), std::string::npos) << done.out << done.err;
+}
+
+TEST_F(SpotsVerb, FrameWithoutAKindThatNoMirrorCanHaveMadeIsNoted) {
+  const std::string direct = without_card(13, "TARGET"), mirror = without_card(1, "TARGET");
+  const ToolRun done = run({"spots", direct, mirror, "-o", "doubt.csv"});
+  ASSERT_EQ(done.status, 0) << done.err;
+  EXPECT_NE(done.err.find("note: " + direct + ": nothing says its kind"), std::string::npos) << done.err;
+  EXPECT_NE(done.err.find("TARGET = 'direct'"), std::string::npos);
+  EXPECT_EQ(done.err.find("note: " + mirror), std::string::npos) << done.err;
+  const ToolRun stated = run({"spots", direct, "--kind", "direct", "-o", "no_doubt.csv"});
+  ASSERT_EQ(stated.status, 0) << stated.err;
+  EXPECT_EQ(stated.err.find("nothing says its kind"), std::string::npos) << stated.err;
+  EXPECT_EQ(targets("no_doubt.csv").targets.at(0).kind, calib::TargetKind::kDirect);
+}
+
+TEST_F(SpotsVerb, FrameWithoutALineFallsBackToItsHeader) {
+  write("some.csv", "file,arm_deg\n" + frame(1) + ",20.5\n");
+  const ToolRun done = run({"spots", frame(1), frame(2), "--angles", "some.csv", "-o", "some_found.csv"});
+  ASSERT_EQ(done.status, 0) << done.err;
+  const calib::TargetList found = targets("some_found.csv"), commanded = targets("lab/targets.csv");
+  ASSERT_EQ(found.targets.size(), 2U);
+  EXPECT_NEAR(found.targets[0].arm_rad, 20.5 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(found.targets[1].arm_rad, commanded.targets[1].arm_rad, 1e-12);
+  EXPECT_NE(done.err.find(frame(2) + ": has no line in some.csv"), std::string::npos) << done.err;
+  const std::string poseless = without_card(2, "ARMDEG");
+  const ToolRun neither = run({"spots", poseless, "--angles", "some.csv", "-o", "never.csv"});
+  EXPECT_EQ(neither.status, 1);
+  EXPECT_NE(neither.err.find(poseless + ": the arm angle is not stated"), std::string::npos) << neither.err;
 }
 
 TEST_F(SpotsVerb, FramesWithoutASpotAreSkippedByName) {

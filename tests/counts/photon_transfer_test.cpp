@@ -192,6 +192,18 @@ TEST(PhotonTransfer, AStraightSensorNeedsNoCoefficients) {
   EXPECT_GE(none, 18);
 }
 
+// The user's word on saturation rules over the converter's ceiling, unless the flats refute it.
+TEST(PhotonTransfer, StatedSaturationRules) {
+  const auto m = simulated(0, 3, {0.6, 2, 4, 6, 7, 12, 14});
+  for (const double stated : {50000.0, 70000.0}) {
+    const PhotonTransfer p = photon_transfer(m.levels(), 65535.0, stated);
+    ASSERT_TRUE(p.saturation_dn.has_value());
+    EXPECT_EQ(*p.saturation_dn, stated);
+  }
+  EXPECT_NE(*photon_transfer(m.levels(), 50000.0).saturation_dn, 50000);
+  EXPECT_THROW(photon_transfer(m.levels(), std::nullopt, 500.0), Error);
+}
+
 // A ladder with a wide gap below saturation: the converter's ceiling is known all the same.
 TEST(PhotonTransfer, SaturationIsNotNeedlesslyLow) {
   const PhotonTransfer p = photon_transfer(simulated(0, 3, {0.6, 2, 4, 6, 7, 12, 14}).levels(), std::nullopt);

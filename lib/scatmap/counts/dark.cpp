@@ -1,6 +1,7 @@
 #include "scatmap/counts/dark.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -148,6 +149,16 @@ void require_same_shape(const Frame& a, const Frame& b) {
     return std::to_string(f.dn.columns()) + " x " + std::to_string(f.dn.rows());
   };
   throw Error({b.file.string(), "has the wrong size", shape(b), shape(a) + " as " + a.file.string()});
+}
+
+void require_dark(const Frame& frame) {
+  if (!frame.header.image_type) return;
+  std::string type = *frame.header.image_type;
+  std::transform(type.begin(), type.end(), type.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (type.find("light") == std::string::npos && type.find("flat") == std::string::npos) return;
+  throw Error(
+      {frame.file.string() + ": IMAGETYP", "says that it is no dark", *frame.header.image_type, "a dark frame"});
 }
 
 MasterDark combine_darks(std::span<const Frame> darks, const SensorModel& sensor) {

@@ -37,4 +37,7 @@ MasterDark stated_dark(double level_dn, double u_level_dn, int rows, int columns
 /// @throws Error naming both files if the frames' shapes differ
 void require_same_shape(const Frame& a, const Frame& b);
 
+/// @throws Error naming the file if its header (IMAGETYP) says that it is a light or flat frame
+void require_dark(const Frame& frame);
+
 }  // namespace scatmap

@@ -129,6 +129,15 @@ std::optional<double> saturation_of(const PhotonTransfer& p, std::span<const Tra
   return std::max(*peak, *ceiling - kCeilingSigmas * std::sqrt(variance));
 }
 
+void check_stated(const std::vector<TransferPoint>& points, double saturation_dn) {
+  const auto reached =
+      std::count_if(points.begin(), points.end(), [&](const TransferPoint& p) { return p.mean_dn >= saturation_dn; });
+  if (2 * static_cast<std::size_t>(reached) <= points.size()) return;
+  throw Error({"--saturation-dn", "contradicts the flats, most of which are brighter", number_text(saturation_dn),
+               "a value between their brightest level, " + number_text(points.back().mean_dn) +
+                   " DN in the mean, and the converter's largest"});
+}
+
 void count_saturated(PhotonTransfer& out, std::span<const TransferLevel> levels, double saturation_dn) {
   for (std::size_t i = 0; i < levels.size(); ++i) {
     double values = 0, saturated = 0;
@@ -361,7 +370,8 @@ void correction(PhotonTransfer& out, std::span<const TransferLevel> levels, doub
 
 }  // namespace
 
-PhotonTransfer photon_transfer(std::span<const TransferLevel> given, std::optional<double> stated_saturation_dn) {
+PhotonTransfer photon_transfer(std::span<const TransferLevel> given, std::optional<double> nominal_saturation_dn,
+                               std::optional<double> stated_saturation_dn) {
   check(given);
   std::vector<TransferLevel> levels(given.begin(), given.end());
   std::sort(levels.begin(), levels.end(), [](const auto& a, const auto& b) { return a.exposure_s < b.exposure_s; });
@@ -371,8 +381,9 @@ PhotonTransfer photon_transfer(std::span<const TransferLevel> given, std::option
     out.points.push_back({l.exposure_s, flat.mean, flat.variance, dark.mean, dark.variance,
                           std::hypot(u_variance(flat), u_variance(dark)), 0, false});
   }
-  out.saturation_dn = saturation_of(out, levels);
-  const double saturation = out.saturation_dn.value_or(stated_saturation_dn.value_or(out.points.back().mean_dn));
+  if (stated_saturation_dn) check_stated(out.points, *stated_saturation_dn);
+  out.saturation_dn = stated_saturation_dn ? stated_saturation_dn : saturation_of(out, levels);
+  const double saturation = out.saturation_dn.value_or(nominal_saturation_dn.value_or(out.points.back().mean_dn));
   count_saturated(out, levels, saturation);
   const double pixels = static_cast<double>(levels.front().flats.front().dn.size());
   const std::optional<Line> bias = fit_bias(out, pixels);

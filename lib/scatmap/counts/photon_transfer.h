@@ -59,10 +59,12 @@ inline constexpr double kMostSaturated = 1e-3;
 /// it; else (a full well) the mean at which the variance is largest, as EMVA 1288 has it.  The slow variation of the
 /// light over the frame (a quadratic surface) is taken out of PRNU. Spatial numbers leave out pixels further than 6
 /// robust standard deviations from the median.
-/// @param stated_saturation_dn used where the frames do not reach saturation
-/// @throws Error for fewer than two flats or darks at a level, fewer than two usable levels, frames of different
-/// shapes, or a
+/// @param nominal_saturation_dn used where the frames do not reach saturation
+/// @param stated_saturation_dn used whatever the frames show, and becomes the result's saturation_dn
+/// @throws Error for a stated saturation that most levels' flats reach in the mean, for fewer than two flats or darks
+/// at a level, fewer than two usable levels, frames of different shapes, or a
 ///         variance that does not grow with the signal
-PhotonTransfer photon_transfer(std::span<const TransferLevel> levels, std::optional<double> stated_saturation_dn);
+PhotonTransfer photon_transfer(std::span<const TransferLevel> levels, std::optional<double> nominal_saturation_dn,
+                               std::optional<double> stated_saturation_dn = std::nullopt);
 
 }  // namespace scatmap

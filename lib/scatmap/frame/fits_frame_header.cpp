@@ -14,6 +14,12 @@ std::optional<double> bounded(const FitsHeader& header, const char* key, Least l
   throw Error({header.where(card), "is out of range", card.value, least == Least::kZero ? ">= 0" : "> 0"});
 }
 
+// Cards that other programs fill as they like: what is no text says nothing.
+std::optional<std::string> text_if_any(const FitsHeader& header, const char* key) {
+  const FitsCard* card = header.find(key);
+  return card != nullptr && card->quoted && !card->value.empty() ? std::optional(card->value) : std::nullopt;
+}
+
 std::optional<std::string> row_order(const FitsHeader& header) {
   const auto order = header.text("ROWORDER");
   if (order && *order != "TOP-DOWN" && *order != "BOTTOM-UP") {
@@ -33,6 +39,8 @@ FrameHeader fits_frame_header(const FitsHeader& header) {
   out.stage_deg = header.number("STAGEDEG");
   out.arm_deg = header.number("ARMDEG");
   out.tilt_deg = header.number("TILTDEG");
+  out.target = text_if_any(header, "TARGET");
+  out.image_type = text_if_any(header, "IMAGETYP");
   out.row_order = row_order(header);
   out.date = header.text("DATE-OBS");
   return out;
@@ -48,6 +56,8 @@ FrameHeader fits_frame_header(const FitsHeader& extension, const FitsHeader& pri
   if (!out.stage_deg) out.stage_deg = above.stage_deg;
   if (!out.arm_deg) out.arm_deg = above.arm_deg;
   if (!out.tilt_deg) out.tilt_deg = above.tilt_deg;
+  if (!out.target) out.target = above.target;
+  if (!out.image_type) out.image_type = above.image_type;
   if (!out.row_order) out.row_order = above.row_order;
   if (!out.date) out.date = above.date;
   return out;

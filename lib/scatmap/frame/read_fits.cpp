@@ -2,9 +2,11 @@
 
 #include <fitsio.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <vector>
 
 #include "scatmap/base/error.h"
@@ -79,6 +81,22 @@ const FitsHdu& the_image(const std::vector<FitsHdu>& hdus, const std::string& fi
         {file, "holds several images", std::to_string(images.size()) + " (" + listed(images) + ")", "one image"});
   }
   return *images.front();
+}
+
+// What scatmap writes is no raw frame, though its first image may look like one.
+void refuse_maps(const std::vector<FitsHdu>& hdus) {
+  constexpr std::array<std::string_view, 4> kMapImages{"BRDF", "THETA_S_DEG", "PHI_S_DEG", "SOLID_ANGLE_SR"};
+  const auto says = [](const FitsHdu& hdu, const char* key) {
+    const FitsCard* card = hdu.header.find(key);
+    return card != nullptr && card->quoted ? card->value : std::string();
+  };
+  for (const FitsHdu& hdu : hdus) {
+    if (says(hdu, "BUNIT") == "sr-1")
+      throw Error({hdu.header.where(*hdu.header.find("BUNIT")), "says a BRDF map, not a raw frame", "sr-1", "counts"});
+    const std::string name = says(hdu, "EXTNAME");
+    if (std::find(kMapImages.begin(), kMapImages.end(), name) == kMapImages.end()) continue;
+    throw Error({hdu.header.where(*hdu.header.find("EXTNAME")), "says a map, not a raw frame", name, "counts"});
+  }
 }
 
 void check_is_plane(const FitsHdu& image, const std::string& file) {
@@ -205,6 +223,7 @@ struct ReadFrame {
 
 ReadFrame read(const std::filesystem::path& path, InputHash* hash) {
   const std::vector<FitsHdu> hdus = check_fits_structure(path);
+  refuse_maps(hdus);
   const FitsHdu& image = the_image(hdus, path.string());
   check_is_plane(image, path.string());
   const PixelScale scale = pixel_scale(image);
