@@ -13,6 +13,7 @@
 #include "scatmap/angles/angle_uncertainty.h"
 #include "scatmap/angles/frame_extent.h"
 #include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
 #include "scatmap/base/parallel_rows.h"
 #include "scatmap/base/units.h"
 #include "scatmap/report/map_exr.h"
@@ -67,6 +68,11 @@ void print(const AngleMap& map, const std::optional<AngleMethodNote>& note, bool
               map.mask.size());
   if (good > 0)
     std::printf("theta_s %.6f to %.6f deg, phi_s %.6f to %.6f deg\n", theta.low, theta.high, phi.low, phi.high);
+  if (note) {
+    std::printf("method %s, bound %.2e px (%.2e rad)\n", note->method.c_str(), note->bound_px, note->bound_rad);
+  } else {
+    std::printf("method mrcal, through the lens\n");
+  }
 }
 
 double default_tolerance_px(const Instrument& instrument, const Pose& pose) {
@@ -81,8 +87,11 @@ double file_rounding_rad(const SampleView& view, const Instrument& instrument) {
   return kHalfUnit * std::hypot(e.theta_max_rad, e.phi_max_rad * std::sin(e.theta_max_rad));
 }
 
-AngleChoice choice_of(const Options& o, const Instrument& in, const Pose& pose, const SampleView& view) {
-  const double tolerance_px = o.tolerance_px > 0 ? o.tolerance_px : default_tolerance_px(in, pose);
+double tolerance_of(const Options& o, const Instrument& instrument, const Pose& pose) {
+  return o.tolerance_px > 0 ? o.tolerance_px : default_tolerance_px(instrument, pose);
+}
+
+AngleChoice choice_of(const Options& o, const Instrument& in, double tolerance_px, const SampleView& view) {
   const double rounding_rad = file_rounding_rad(view, in);
   const double per_px = frame_extent(view, in.rows, in.columns).pixel_step_rad;
   const double left_px = std::max(0.0, tolerance_px - rounding_rad / per_px);
@@ -120,7 +129,8 @@ AngleMap angles_by(const AngleChoice& choice, const SampleView& view, int rows, 
 
 struct Computed {
   AngleMap map;
-  std::optional<AngleMethodNote> note;  // none behind a lens
+  std::optional<AngleMethodNote> note;   // none behind a lens
+  std::optional<double> missed_px = {};  // the tolerance that no method meets
 };
 
 Computed angles_of(const Options& o, const Instrument& instrument, const Pose& pose) try {
@@ -130,12 +140,28 @@ Computed angles_of(const Options& o, const Instrument& instrument, const Pose& p
     return {angle_map(instrument, pose), std::nullopt};
   }
   const SampleView view = sample_view(instrument, pose);
-  const AngleChoice choice = choice_of(o, instrument, pose, view);
+  const double tolerance_px = tolerance_of(o, instrument, pose);
+  const AngleChoice choice = choice_of(o, instrument, tolerance_px, view);
+  const bool missed = o.method.empty() && !(choice.bound_px <= tolerance_px);
   return {angles_by(choice, view, instrument.rows, instrument.columns),
           AngleMethodNote{std::string(to_string(choice.method)), choice.bound_rad, choice.bound_px,
-                          fills_single(choice.method) ? Precision::kSingle : Precision::kDouble}};
+                          fills_single(choice.method) ? Precision::kSingle : Precision::kDouble},
+          missed ? std::optional(tolerance_px) : std::nullopt};
 } catch (const Error& e) {
   throw with_context(o.instrument, e);
+}
+
+void print_notes(const Computed& angles, const Instrument& instrument) {
+  if (instrument.lens_cameramodel && instrument.calibration)
+    std::fprintf(
+        stderr,
+        "note: uncertainties of angles are left out: the calibration describes a flat detector, not one with a lens\n");
+  if (angles.missed_px)
+    std::fprintf(stderr, "note: no method meets %s px: %s, bound %.2e px\n", number_text(*angles.missed_px).c_str(),
+                 angles.note->method.c_str(), angles.note->bound_px);
+  const auto& mask = angles.map.mask;
+  if (std::all_of(mask.begin(), mask.end(), [](Mask m) { return m != 0; }))
+    std::fprintf(stderr, "note: no pixel sees the sample's front at this pose\n");
 }
 
 void run(const Options& o, const Invocation& invocation) {
@@ -152,10 +178,7 @@ void run(const Options& o, const Invocation& invocation) {
       write_angles_fits(angles.map, instrument, pose, provenance, target, o.output.overwrite(), angles.note);
     }
   }
-  if (instrument.lens_cameramodel && instrument.calibration)
-    std::fprintf(
-        stderr,
-        "note: uncertainties of angles are left out: the calibration describes a flat detector, not one with a lens\n");
+  print_notes(angles, instrument);
   print(angles.map, angles.note, o.output.json);
 }
 

@@ -22,7 +22,7 @@ struct Options {
   std::string measurement;
   std::string precision = "single";
   bool no_overlap = false;
-  std::string method = "fused";
+  std::string method;  ///< empty: not given
   OutputOptions output;
 };
 
@@ -164,6 +164,12 @@ void print_text(const BrdfResult& r, const Summary& s) {
   for (const std::string& note : r.map.notes) std::printf("note: %s\n", note.c_str());
 }
 
+const char* what_fused_lacks(const Measurement& m) {
+  if (m.exposures.size() > 1) return "a single exposure";
+  if (m.instrument.lens_cameramodel) return "a detector without a lens";
+  return "a signature measured with frames";
+}
+
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   const Measurement measurement = read_measurement(o.measurement);
@@ -181,6 +187,8 @@ void run(const Options& o, const Invocation& invocation) {
                      o.output.overwrite());
     }
   }
+  if (o.method == "fused" && result.map.method == "exact")
+    std::fprintf(stderr, "note: method exact was used: fused is for %s\n", what_fused_lacks(measurement));
   const Summary s = summarise(result.map);
   o.output.json ? print_json(result, s) : print_text(result, s);
 }
@@ -199,7 +207,7 @@ void setup_brdf(CLI::App& app, const Invocation& invocation) {
           "fused: one pass over the frames of a single exposure; exact: step by step, as several exposures always "
           "are")
       ->check(CLI::IsMember({"fused", "exact"}))
-      ->capture_default_str();
+      ->default_str("fused");
   verb->add_flag("--no-overlap", o->no_overlap,
                  "merge exposures with the stated filters, not with those measured by overlap");
   o->output.add_to(*verb, "OUT.fits or OUT.exr; give -o twice for both", {".fits", ".fit", ".exr"});

@@ -74,41 +74,60 @@ nlohmann::json to_json(const StabilityCell& c) {
 
 // What `chart` found, and where it goes.
 struct Findings {
-  std::string csv;
+  std::string csv = chart_csv({});  // its header line
   nlohmann::json charts = nlohmann::json::array();
   nlohmann::json stability = nlohmann::json::array();
+  std::vector<std::string> failures;  // of stability
 };
 
 void write_both(const Plot& plot, const std::filesystem::path& folder, const std::string& name) {
   for (const char* const extension : {".svg", ".png"}) write_picture(plot, folder / (name + extension));
 }
 
+void announce(std::string_view job) {
+  std::fflush(stdout);  // or the line lands inside a table
+  std::fprintf(stderr, "measuring %s\n", std::string(job).c_str());
+}
+
 void measure(const ChartJob& job, const ChartSettings& settings, const Options& o, const OutputFolder& folder,
              Findings& out) {
-  std::fprintf(stderr, "measuring %s\n", std::string(job.name).c_str());
+  announce(job.name);
   for (const Chart& chart : job.measure(settings)) {
     if (!o.output.json) std::printf("%s\n", chart_text(chart).c_str());
     out.charts.push_back(to_json(chart));
     const std::string rows = chart_csv(chart);
-    out.csv += out.csv.empty() ? rows : rows.substr(rows.find('\n') + 1);
+    out.csv += rows.substr(rows.find('\n') + 1);
     write_both(chart_plot(chart), folder.temporary(), chart.job);
   }
 }
 
 void measure_stability(const Options& o, const OutputFolder& folder, Findings& out) {
-  std::fprintf(stderr, "measuring stability\n");
+  announce("stability");
   const std::vector<StabilityCell> cells = stability_matrix();
   if (!o.output.json) std::printf("%s\n", stability_text(cells).c_str());
   std::vector<std::string> jobs;
   for (const StabilityCell& c : cells) {
     out.stability.push_back(to_json(c));
+    if (c.verdict == Verdict::kFails) out.failures.push_back(c.job + ", " + c.regime + ", " + c.method);
     if (jobs.empty() || jobs.back() != c.job) jobs.push_back(c.job);
   }
   write_text_file(folder.temporary() / "stability.csv", stability_csv(cells), Overwrite::kKeep);
   for (const std::string& job : jobs) write_both(stability_plot(cells, job), folder.temporary(), "stability-" + job);
 }
 
+// Stability and bounds have their own scenes.
+void check_scene_is_used(const Options& o) {
+  if (o.scene.empty() && o.model.empty()) return;
+  const char* const option = o.scene.empty() ? "--model" : "--scene";
+  const bool used = std::any_of(chart_jobs().begin(), chart_jobs().end(),
+                                [&](const ChartJob& job) { return asked_for(o.jobs, job.name); });
+  if (!used) throw CLI::ValidationError(option, "is not used: stability and bounds have scenes of their own");
+  if (asked_for(o.jobs, "stability"))
+    std::fprintf(stderr, "note: %s is not used for stability, which has scenes of its own\n", option);
+}
+
 void run(const Options& o) {
+  check_scene_is_used(o);
   OutputFolder folder(o.output.targets.front(), "charts.csv", o.output.overwrite());
   const auto given = [](const std::string& text) {
     return text.empty() ? std::nullopt : std::optional<std::string>(text);
@@ -125,8 +144,16 @@ void run(const Options& o) {
   write_text_file(folder.temporary() / "charts.csv", out.csv, Overwrite::kKeep);
   folder.commit();
   if (o.output.json) {
-    const nlohmann::json all{{"machine", machine_text()}, {"charts", out.charts}, {"stability", out.stability}};
+    const nlohmann::json all{
+        {"machine", machine_text()}, {"charts", out.charts}, {"stability", out.stability}, {"bounds", bounds_json()}};
     std::printf("%s\n", all.dump(2).c_str());
+  }
+  if (!out.failures.empty()) {
+    std::fflush(stdout);
+    throw Error({"stability",
+                 std::to_string(out.failures.size()) + " FAILS (stability.csv), the first: " + out.failures.front(),
+                 {},
+                 {}});
   }
 }
 

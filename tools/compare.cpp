@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
 #include "scatmap/base/output_folder.h"
 #include "scatmap/base/units.h"
 #include "scatmap/report/comparison_text.h"
@@ -20,6 +21,7 @@ struct Options {
   std::string modelled;
   std::string pictures = "png";
   bool keep_scripts = false;
+  bool other_directions = false;
   OutputOptions output;
 };
 
@@ -53,8 +55,19 @@ void draw(const Comparison& c, const BrdfMap& measured, const BrdfMap& modelled,
                   options);
 }
 
+// A calibrated bench and its nominal one agree within this or their pixels do not belong together.
+constexpr double kSameDirection_px = 1;
+
 Comparison compared(const BrdfMap& measured, const BrdfMap& modelled, const Options& o) try {
-  return compare(measured, modelled);
+  Comparison c = compare(measured, modelled);
+  const double off_px = c.direction_difference_px;
+  if (!(off_px <= kSameDirection_px) && !o.other_directions) {
+    throw Error({{},
+                 "the maps look elsewhere: their pixels' directions differ",
+                 "up to " + number_text(off_px) + " px",
+                 "at most " + number_text(kSameDirection_px) + " px, or --other-directions to compare pixel by pixel"});
+  }
+  return c;
 } catch (const Error& e) {
   throw with_context(o.measured + " against " + o.modelled, e);
 }
@@ -71,6 +84,11 @@ void run(const Options& o, const Invocation& invocation) {
   if (o.pictures != "none") draw(c, measured, modelled, folder.temporary(), o);
   folder.commit();
   std::printf("%s", o.output.json ? json.c_str() : text.c_str());
+  if (!(c.direction_difference_px <= kSameDirection_px)) {
+    std::fflush(stdout);
+    std::fprintf(stderr, "note: the maps look elsewhere: directions differ by up to %.4g px\n",
+                 c.direction_difference_px);
+  }
 }
 
 }  // namespace
@@ -85,6 +103,8 @@ void setup_compare(CLI::App& app, const Invocation& invocation) {
       ->check(CLI::IsMember({"png", "svg", "none"}))
       ->capture_default_str();
   verb->add_flag("--keep-scripts", o->keep_scripts, "leave gnuplot script and data beside each picture");
+  verb->add_flag("--other-directions", o->other_directions,
+                 "compare pixel by pixel even where the maps' directions differ by more than a pixel");
   o->output.add_to(*verb, "folder to make: comparison.json, residual.fits, pictures", {});
   verb->callback([o, invocation] { run(*o, invocation); });
 }

@@ -75,6 +75,8 @@ std::string imported(const Options& o, const Invocation& invocation) {
 
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
+  if (extension_of(o.input) == ".cameramodel")
+    throw Error({o.input, "is a camera model: reading .cameramodel is not offered", {}, "an instrument file or .poni"});
   const bool from_poni = extension_of(o.input) == ".poni";
   for (const std::string& target : o.output.targets) {
     const std::string extension = extension_of(target);

@@ -54,6 +54,34 @@ std::vector<std::string> method_names() {
   return names;
 }
 
+// How the model was evaluated; errors are relative.
+struct Evaluated {
+  const char* method;
+  double bound;
+  double rounding;  // of the directions, whatever the method
+};
+
+void print(const Options& o, const Model& model, const BrdfMap& map, const Evaluated& done) {
+  double largest = -HUGE_VAL;
+  for (const double f : map.brdf_per_sr) {
+    if (f > largest) largest = f;
+  }
+  if (o.output.json) {
+    const nlohmann::json out{{"theta_i_deg", map.angles.theta_i_rad * kDegPerRad},
+                             {"largest_per_sr", largest},
+                             {"terms", model.terms.size()},
+                             {"method", done.method},
+                             {"bound_rel", done.bound},
+                             {"rounding_rel", done.rounding}};
+    std::printf("%s\n", out.dump(2).c_str());
+  } else {
+    std::printf("%zu terms at theta_i %.4f deg, largest BRDF %.4g sr^-1\n", model.terms.size(),
+                map.angles.theta_i_rad * kDegPerRad, largest);
+    std::printf("method %s, bound %.2e relative; rounding of directions adds %.2e\n", done.method, done.bound,
+                done.rounding);
+  }
+}
+
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   const Model model = read_model(o.model);
@@ -75,24 +103,14 @@ void run(const Options& o, const Invocation& invocation) {
                      o.output.overwrite());
     }
   }
-  double largest = -HUGE_VAL;
-  for (const double f : map.brdf_per_sr) {
-    if (f > largest) largest = f;
-  }
-  if (o.output.json) {
-    const nlohmann::json out{
-        {"theta_i_deg", map.angles.theta_i_rad * kDegPerRad},
-        {"largest_per_sr", largest},
-        {"terms", model.terms.size()},
-        {"method", o.pixel_average ? "pixel-average" : model_method_name(options.method)},
-        {"bound_rel", model_error_bound(options)},
-        {"rounding_rel", model_rounding_error(model, sample_view(view.instrument, view.pose).to_source,
-                                              view.instrument.geometry.distance)}};
-    std::printf("%s\n", out.dump(2).c_str());
-  } else {
-    std::printf("%zu terms at theta_i %.4f deg, largest BRDF %.4g sr^-1\n", model.terms.size(),
-                map.angles.theta_i_rad * kDegPerRad, largest);
-  }
+  const char* const method = o.pixel_average ? "pixel-average" : model_method_name(options.method);
+  const double bound = model_error_bound(options);
+  const double rounding =
+      model_rounding_error(model, sample_view(view.instrument, view.pose).to_source, view.instrument.geometry.distance);
+  if (o.method.empty() && !(bound <= o.tolerance_rel))
+    std::fprintf(stderr, "note: no method meets %s relative: %s, bound %.2e\n", number_text(o.tolerance_rel).c_str(),
+                 method, bound);
+  print(o, model, map, {method, bound, rounding});
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ struct Bar {
     constexpr int kWidth = 30;
     std::string cells(static_cast<std::size_t>(kWidth), '.');
     for (int i = 0; i < kWidth && i < done * kWidth; ++i) cells[static_cast<std::size_t>(i)] = '#';
+    std::fflush(stdout);  // or the bar lands inside a line of it
     std::fprintf(stderr, "\r\033[K%s [%s] %3.0f %% %s", verb.c_str(), cells.c_str(), 100 * done, step.c_str());
     std::fflush(stderr);
   }

@@ -27,7 +27,13 @@ struct Options {
 
 Region region_of(const std::vector<int>& numbers) {
   if (numbers.size() == 2) return {numbers[0], numbers[1], numbers[0], numbers[1]};
-  return {numbers[0], numbers[1], numbers[2], numbers[3]};
+  const Region r{numbers[0], numbers[1], numbers[2], numbers[3]};
+  if (r.last_column < r.first_column || r.last_row < r.first_row) {
+    std::string text;
+    for (const int n : numbers) text += (text.empty() ? "" : ",") + std::to_string(n);
+    throw Error({"region", "has its corners swapped", text, "first COLUMN,ROW, then last COLUMN,ROW"});
+  }
+  return r;
 }
 
 // One line of a budget; contributions are relative to the value.
@@ -136,9 +142,13 @@ nlohmann::json answer_json(const Answer& a) {
   return out;
 }
 
-void print_intervals(const FactorStatistics& s, const char* name) {
-  std::printf("  %-24s %8.4f to %-8.4f (%+.3f to %+.3f dB)\n", name, s.symmetric.low, s.symmetric.high,
-              decibel(s.symmetric.low), decibel(s.symmetric.high));
+void print_interval(const FactorInterval& i, const char* name) {
+  std::printf("  %-24s %8.4f to %-8.4f ", name, i.low, i.high);
+  if (i.low > 0 && i.high > 0) {
+    std::printf("(%+.3f to %+.3f dB)\n", decibel(i.low), decibel(i.high));
+  } else {
+    std::printf("(reaches 0 or below: no dB)\n");
+  }
 }
 
 void print_answer(const Answer& a, const char* unit) {
@@ -160,12 +170,11 @@ void print_answer(const Answer& a, const char* unit) {
       100 * scale.filters_worst_case(), 100 * scale.filters_standard(), std::exp(scale.filters_linear_bound()));
   const FactorStatistics& mc = a.verdict.monte_carlo.factor;
   std::printf("95 %% interval of true over reported value:\n");
-  print_intervals(mc, "Monte Carlo");
-  std::printf("  %-24s %8.4f to %-8.4f (%+.3f to %+.3f dB)\n", "Monte Carlo, shortest", mc.shortest.low,
-              mc.shortest.high, decibel(mc.shortest.low), decibel(mc.shortest.high));
-  print_intervals(lognormal(scale, r), "lognormal");
-  print_intervals(second_order(scale, r), "second order");
-  print_intervals(first_order(scale, r), "first order");
+  print_interval(mc.symmetric, "Monte Carlo");
+  print_interval(mc.shortest, "Monte Carlo, shortest");
+  print_interval(lognormal(scale, r).symmetric, "lognormal");
+  print_interval(second_order(scale, r).symmetric, "second order");
+  print_interval(first_order(scale, r).symmetric, "first order");
   std::printf("mean %.4f, standard deviation %.4f (exact); %zu trials%s\n", a.exact.mean, a.exact.sd,
               a.verdict.monte_carlo.trials, a.verdict.monte_carlo.converged ? "" : ", not converged");
   std::printf(

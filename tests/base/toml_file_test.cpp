@@ -71,6 +71,17 @@ TEST(TomlTable, SyntaxErrorsHaveALine) {
   EXPECT_NE(message([] { TomlTable::parse("a = 1\na = 2\n", "f.toml"); }), "no error");
 }
 
+TEST(TomlTable, OtherFormatsAreNamed) {
+  const auto parsed = [](const std::string& text) { return message([&] { TomlTable::parse(text, "f"); }); };
+  EXPECT_EQ(parsed("SIMPLE  =                    T / standard"), "f: is a FITS file, not TOML");
+  EXPECT_EQ(parsed("\x89PNG\r\n"), "f: is a PNG image, not TOML");
+  EXPECT_EQ(parsed(std::string("II*\0", 4)), "f: is a TIFF image, not TOML");
+  EXPECT_EQ(parsed(std::string("MM\0*", 4)), "f: is a TIFF image, not TOML");
+  EXPECT_EQ(parsed("v/1\x01"), "f: is an OpenEXR image, not TOML");
+  EXPECT_EQ(parsed(std::string("a = 1\n\0", 7)), "f: is no text file, expected TOML");
+  EXPECT_EQ(parsed("SIMPLE = 1\n"), "no error");
+}
+
 // toml++ overflowed the stack with that many tables in each other.
 TEST(TomlTable, KeysOfAMillionPartsAreRefused) {
   std::string key = "a", quoted = "'='";

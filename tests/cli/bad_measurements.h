@@ -20,7 +20,7 @@ inline std::vector<BadInput> bad_measurements() {
   return {
       {"measurement: no such file", run, erase(file), 1, {file, "no such file"}},
       {"measurement: empty file", run, write(file, ""), 1, {file, "instrument"}},
-      {"measurement: binary file", run, copy("frames/signature_001.fits", file), 1, {file + ":1"}},
+      {"measurement: binary file", run, copy("frames/signature_001.fits", file), 1, {file, "FITS file, not TOML"}},
       {"measurement: a folder", run, all({erase(file), make_folder(file)}), 1, {file}},
       {"measurement: unreadable", run, unreadable(file), 1, {file, "read"}, true},
       edited("measurement: syntax", "[laser]", "[laser", {file + ":%"}),

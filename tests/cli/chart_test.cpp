@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "cli/run_tool.h"
@@ -73,6 +74,15 @@ TEST_F(ChartVerb, TheManualQuotesTheBoundsOfTheHeaders) {
   EXPECT_GT(table.size(), 1000u);
   EXPECT_NE(whole(SCATMAP_SOURCE_DIR "/docs/methods.md").find(table), std::string::npos)
       << "docs/methods.md: paste the table of `scatmap chart bounds`";
+}
+
+TEST_F(ChartVerb, BoundsAreInTheJsonAndTheEmptyTableHasItsHeader) {
+  const ToolRun run = run_tool({"chart", "bounds", "--json", "-o", "out"}, folder_);
+  ASSERT_EQ(run.status, 0) << run.err;
+  const nlohmann::json all = nlohmann::json::parse(run.out);
+  EXPECT_GE(all.at("bounds").size(), 15u);
+  for (const auto& row : all.at("bounds")) EXPECT_GT(row.at("bound").get<double>(), 0) << row;
+  EXPECT_EQ(whole(folder_ / "out" / "charts.csv").substr(0, 11), "job,method,");
 }
 
 TEST_F(ChartVerb, BadJobsAndExistingFolders) {

@@ -18,4 +18,20 @@ std::string bounds_table() {
   return out;
 }
 
+nlohmann::json bounds_json() {
+  nlohmann::json out = nlohmann::json::array();
+  for (const auto& room : {angle_bounds(), model_method_bounds(), brdf_bounds()}) {
+    for (const MethodBound& b : room) {
+      out.push_back({{"job", b.job},
+                     {"method", b.method},
+                     {"quantity", b.quantity},
+                     {"bound", b.bound},
+                     {"unit", b.unit},
+                     {"reference", b.reference},
+                     {"domain", b.domain}});
+    }
+  }
+  return out;
+}
+
 }  // namespace scatmap::tools

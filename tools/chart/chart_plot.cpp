@@ -35,6 +35,17 @@ double smallest_error(const Chart& chart, const std::vector<const ChartRow*>& ro
   return std::isfinite(smallest) ? smallest : 1e-16;
 }
 
+// So far right that the names of the points end inside the picture.
+double right_for_names(const std::vector<const ChartRow*>& rows, double left, double right) {
+  constexpr double kGap = 0.015, kCharacter = 0.0078, kLeastShare = 0.4;  // of the picture's width
+  double decades = std::log10(right / left);
+  for (const ChartRow* row : rows) {
+    const double share = 1 - kGap - kCharacter * static_cast<double>(row->method.size());
+    decades = std::max(decades, std::log10(row->time.minimum_ns / left) / std::max(kLeastShare, share));
+  }
+  return left * std::pow(10, decades);
+}
+
 Box box_of(const Chart& chart, const std::vector<const ChartRow*>& rows, double floor) {
   Box box{HUGE_VAL, 0, floor, 0};
   const auto time = [&](double ns) {
@@ -48,7 +59,8 @@ Box box_of(const Chart& chart, const std::vector<const ChartRow*>& rows, double 
   }
   for (const ChartLine& line : chart.time_lines) time(line.value);
   for (const ChartLine& line : chart.error_lines) box.top = std::max(box.top, line.value);
-  return {box.left / 2, box.right * 6, box.bottom / 10, box.top * 30};
+  const double left = box.left / 2;
+  return {left, right_for_names(rows, left, box.right * 6), box.bottom / 10, box.top * 30};
 }
 
 std::string label_at(const std::string& text, double x, double y, const std::string& options) {
@@ -71,10 +83,14 @@ std::string lines_text(const Chart& chart, const Box& box) {
   return out;
 }
 
+constexpr double kMostPlain = 1e4;  // longer times are labelled as powers of ten
+
 std::string frame_text(const Chart& chart, const Box& box) {
   const std::string unit = chart.error_unit.empty() ? "relative" : chart.error_unit;
   return "set logscale xy\nset border 3 lc rgb '#404040'\nset tics out nomirror\n"
-         "set format x '%g'\nset format y '10^{%L}'\nset grid lc rgb '#e8e8e8' lt 1\n"
+         "set format x '" +
+         std::string(box.right > kMostPlain ? "10^{%L}" : "%g") +
+         "'\nset format y '10^{%L}'\nset grid lc rgb '#e8e8e8' lt 1\n"
          "set title " +
          gnuplot_text(chart.title) +
          " font ',16' noenhanced\n"
@@ -91,14 +107,18 @@ std::string frame_text(const Chart& chart, const Box& box) {
          number_text(box.top) + "]\n";
 }
 
-// Front points in order of time, a step to each.
-std::string front_block(const Chart& chart, const std::vector<const ChartRow*>& rows, double floor) {
+// In order of time.
+std::vector<const ChartRow*> front_of(const Chart& chart, const std::vector<const ChartRow*>& rows) {
   std::vector<const ChartRow*> front;
   for (const ChartRow* row : rows) {
     if (on_pareto_front(chart, *row)) front.push_back(row);
   }
   std::sort(front.begin(), front.end(),
             [](const ChartRow* a, const ChartRow* b) { return a->time.minimum_ns < b->time.minimum_ns; });
+  return front;
+}
+
+std::string front_block(const std::vector<const ChartRow*>& front, double floor) {
   std::string out = "$front << EOD\n";
   for (const ChartRow* row : front)
     out += number_text(row->time.minimum_ns) + " " + number_text(drawn_error(row->largest_error, floor)) + "\n";
@@ -121,6 +141,25 @@ std::string bounds_block(const std::vector<const ChartRow*>& rows) {
     if (row->bound) out += number_text(row->time.minimum_ns) + " " + number_text(*row->bound) + "\n";
   }
   return out + "EOD\n";
+}
+
+// What is drawn, and only that, has a place in the legend.
+std::string plot_command(const std::vector<const ChartRow*>& rows, std::size_t front_points) {
+  const auto any = [&](auto&& is) { return std::any_of(rows.begin(), rows.end(), is); };
+  const bool own = any([](const ChartRow*r) { return !r->rival; }),
+             rivals = any([](const ChartRow*r) { return r->rival; });
+  std::string out;
+  const auto add = [&](bool drawn, const std::string& what) {
+    if (drawn) out += (out.empty() ? "plot " : ", ") + what;
+  };
+  const std::string bar = " (bar to the 90th percentile)";
+  add(front_points >= 2, "$front with steps lc rgb '#80a0d0' lw 2 title 'Pareto front'");
+  add(any([](const ChartRow* r) { return r->bound.has_value(); }),
+      "$bounds with points pt 10 ps 1.4 lc rgb '#d08020' title 'bound'");
+  add(rivals, "$rivals using 1:2:1:3 with xerrorbars pt 5 lw 0.7 lc rgb '#909090' title 'others" +
+                  (own ? " (the same)" : bar) + "'");
+  add(own, "$own using 1:2:1:3 with xerrorbars pt 7 ps 1.3 lw 0.7 lc rgb '#104080' title 'scatmap" + bar + "'");
+  return (out.empty() ? "plot NaN notitle" : out) + "\n";
 }
 
 // Above and right of its point, clear of the spread's bar; higher where a neighbour's label is in the way.
@@ -156,15 +195,11 @@ Plot chart_plot(const Chart& chart) {
   const std::vector<const ChartRow*> rows = drawn_rows(chart);
   const double floor = std::pow(10, std::floor(std::log10(smallest_error(chart, rows))) - 1);
   const Box box = box_of(chart, rows, floor);
+  const std::vector<const ChartRow*> front = front_of(chart, rows);
   Plot plot;
   plot.script = frame_text(chart, box) + lines_text(chart, box) + names_text(rows, box, floor) +
-                front_block(chart, rows, floor) + points_block("own", rows, floor, false) +
-                points_block("rivals", rows, floor, true) + bounds_block(rows) +
-                "plot $front with steps lc rgb '#80a0d0' lw 2 title 'Pareto front', "
-                "$bounds with points pt 10 ps 1.4 lc rgb '#d08020' title 'bound', "
-                "$rivals using 1:2:1:3 with xerrorbars pt 5 lw 0.7 lc rgb '#909090' title 'others, spread to the 90th "
-                "percentile', "
-                "$own using 1:2:1:3 with xerrorbars pt 7 ps 1.3 lw 0.7 lc rgb '#104080' title 'scatmap, the same'\n";
+                front_block(front, floor) + points_block("own", rows, floor, false) +
+                points_block("rivals", rows, floor, true) + bounds_block(rows) + plot_command(rows, front.size());
   return plot;
 }
 

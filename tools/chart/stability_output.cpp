@@ -49,6 +49,19 @@ std::vector<std::string> in_order(const std::vector<StabilityCell>& cells, const
   return out;
 }
 
+// As the pictures name the unit of a job's errors.
+std::string unit_in_words(const std::vector<StabilityCell>& cells, const std::string& job) {
+  const auto cell = std::find_if(cells.begin(), cells.end(), [&](const StabilityCell& c) { return c.job == job; });
+  if (cell == cells.end() || cell->unit.empty()) return "relative";
+  if (cell->unit == "prob.") return "probability";
+  return cell->unit == "sigma" ? "standard uncertainties" : cell->unit;
+}
+
+constexpr const char* kLegend[] = {
+    "green: holds, within its bound; yellow: ill-conditioned, beyond it by no more than rounding the inputs does to "
+    "the",
+    "truth; blue: falls back on a method that holds; grey: refuses, with a reason; red: FAILS"};
+
 std::string cell_text(const StabilityCell& c) {
   if (c.verdict == Verdict::kRefuses) return "refuses";
   return short_number(c.worst_error) + (std::isnan(c.bound) ? "" : " / " + short_number(c.bound));
@@ -100,18 +113,18 @@ Plot stability_plot(const std::vector<StabilityCell>& cells, const std::string& 
   const auto methods = in_order(cells, job, [](const StabilityCell& c) { return c.method; });
   Plot plot;
   plot.width_px = std::max(760, 420 + 150 * static_cast<int>(methods.size()));
-  plot.height_px = 130 + 26 * static_cast<int>(regimes.size());
+  plot.height_px = 146 + 26 * static_cast<int>(regimes.size());
   std::string& s = plot.script;
   s = "unset border\nunset key\nset lmargin at screen " + number_text(380.0 / plot.width_px) +
       "\nset rmargin at screen 0.99\nset tmargin at screen " + number_text(1 - 80.0 / plot.height_px) +
-      "\nset bmargin at screen " + number_text(40.0 / plot.height_px) +
+      "\nset bmargin at screen " + number_text(56.0 / plot.height_px) +
       "\nset xrange [0:" + std::to_string(methods.size()) + "]\nset yrange [" + std::to_string(regimes.size()) +
-      ":0]\nunset tics\n" + "set label " + gnuplot_text("Where the methods of " + job + " hold: worst error / bound") +
-      " at screen 0.5,screen " + number_text(1 - 22.0 / plot.height_px) + " center font ',15' noenhanced\nset label " +
-      gnuplot_text(
-          "green: within its bound; yellow: as ill-conditioned as the truth; blue: hands over; grey: refuses "
-          "with a reason; red: fails") +
-      " at screen 0.5,screen " + number_text(16.0 / plot.height_px) + " center font ',10' tc rgb '#606060'\n";
+      ":0]\nunset tics\n" + "set label " +
+      gnuplot_text("Where the methods of " + job + " hold: worst error / bound, " + unit_in_words(cells, job)) +
+      " at screen 0.5,screen " + number_text(1 - 22.0 / plot.height_px) + " center font ',15' noenhanced\n";
+  for (int line = 0; line < 2; ++line)
+    s += "set label " + gnuplot_text(kLegend[line]) + " at screen 0.5,screen " +
+         number_text((30.0 - 16.0 * line) / plot.height_px) + " center font ',10' tc rgb '#606060' noenhanced\n";
   for (std::size_t m = 0; m < methods.size(); ++m)
     s += "set label " + gnuplot_text(methods[m]) + " at " + number_text(static_cast<double>(m) + 0.5) +
          ",-0.5 center font ',12'\n";

@@ -3,9 +3,11 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 #include <sstream>
+#include <string_view>
 #include <utility>
 
 #include "scatmap/base/error.h"
@@ -85,6 +87,21 @@ std::size_t end_of_string(const std::string& text, std::size_t at) {
   return text.size();
 }
 
+// The wrong file by mistake: its name helps, the line at which it stops being TOML does not.
+void refuse_other_formats(std::string_view text, const std::string& name) {
+  constexpr std::array<std::pair<std::string_view, const char*>, 5> kFormats{{
+      {"SIMPLE  =", "is a FITS file, not TOML"},
+      {"\x89PNG", "is a PNG image, not TOML"},
+      {{"II*\0", 4}, "is a TIFF image, not TOML"},
+      {{"MM\0*", 4}, "is a TIFF image, not TOML"},
+      {"v/1\x01", "is an OpenEXR image, not TOML"},
+  }};
+  for (const auto& [magic, problem] : kFormats) {
+    if (text.starts_with(magic)) throw Error({name, problem, {}, {}});
+  }
+  if (text.find('\0') != std::string_view::npos) throw Error({name, "is no text file", {}, "TOML"});
+}
+
 // A dotted key of a million parts makes a million tables in each other, and toml++ walks them by recursion: the stack
 // would overflow.
 void refuse_long_keys(const std::string& text, const std::string& name) {
@@ -114,6 +131,7 @@ TomlTable TomlTable::parse(const std::string& text, const std::string& name) {
   auto document = std::make_shared<Document>();
   document->name = name;
   document->folder = std::filesystem::path(name).parent_path();
+  refuse_other_formats(text, name);
   refuse_long_keys(text, name);
   try {
     document->root = toml::parse(text, name);

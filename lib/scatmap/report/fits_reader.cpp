@@ -1,6 +1,9 @@
 #include <fitsio.h>
 
 #include <algorithm>
+#include <array>
+#include <fstream>
+#include <string_view>
 
 #include "scatmap/base/error.h"
 #include "scatmap/frame/fits_structure.h"
@@ -14,7 +17,20 @@ struct FitsReader::Handle {
   int status = 0;
 };
 
+namespace {
+
+// A map's other format, written for viewing.
+void refuse_exr(const std::filesystem::path& path) {
+  std::array<char, 4> begin{};
+  std::ifstream stream(path, std::ios::binary);
+  if (stream.read(begin.data(), begin.size()) && std::string_view(begin.data(), begin.size()) == "v/1\x01")
+    throw Error({path.string(), "is an OpenEXR image: give the FITS map", {}, {}});
+}
+
+}  // namespace
+
 FitsReader::FitsReader(const std::filesystem::path& path) : path_(path), fits_(std::make_unique<Handle>()) {
+  if (std::filesystem::is_regular_file(path)) refuse_exr(path);
   require_fits_file(path);
   state_ = file_state(path);
   for (const FitsHdu& hdu : check_fits_structure(path)) names_.push_back(hdu.header.text("EXTNAME").value_or(hdu.name));

@@ -1,0 +1,115 @@
+// What verbs say beside their result: methods and their bounds, tolerances that none meets, maps that look elsewhere,
+// methods that were not the one asked for. Does not prove the bounds (tests/accuracy) nor any number of a result.
+#include <cstdlib>
+
+#include "cli/lab.h"
+#include "cli/spoil.h"
+
+namespace scatmap::test {
+namespace {
+
+const LabMaker& maker() {
+  static const LabMaker lab;
+  return lab;
+}
+
+bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+TEST(Notes, AnglesNamesMethodAndBound) {
+  const Lab lab = maker().fresh_copy();
+  const std::vector<std::string> pose{"angles", "bench.toml", "--stage-deg", "20", "--arm-deg", "40"};
+  lab.write("bench.toml", "[detector]\ncolumns = 300\nrows = 200\npitch_um = [30.0, 30.0]\ndistance_mm = 325.0\n");
+  const auto run = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), pose.begin(), pose.end());
+    return run_tool(more, lab.folder());
+  };
+  const ToolRun plain = run({"-o", "a.fits", "--method", "exact"});
+  EXPECT_EQ(plain.status, 0);
+  EXPECT_TRUE(holds(plain.out, "method exact, bound ")) << plain.out;
+  EXPECT_EQ(plain.err, "");
+  const ToolRun fine = run({"-o", "b.fits", "--tolerance-px", "1e-12"});
+  EXPECT_EQ(fine.status, 0);
+  EXPECT_TRUE(holds(fine.err, "note: no method meets 1e-12 px: vector, bound ")) << fine.err;
+  EXPECT_TRUE(holds(fine.out, "method vector, bound ")) << fine.out;
+  const ToolRun met = run({"-o", "c.fits", "--tolerance-px", "1e-6"});
+  EXPECT_EQ(met.err, "");
+}
+
+TEST(Notes, AnglesSaysThatNoPixelSeesTheSample) {
+  const Lab lab = maker().fresh_copy();
+  const ToolRun run =
+      run_tool({"angles", "instrument.toml", "--stage-deg", "20", "--arm-deg", "220", "-o", "a.fits"}, lab.folder());
+  EXPECT_EQ(run.status, 0);
+  EXPECT_TRUE(holds(run.out, " 0 of 4096 pixels")) << run.out;
+  EXPECT_TRUE(holds(run.err, "note: no pixel sees")) << run.err;
+}
+
+TEST(Notes, ModelNamesMethodAndBound) {
+  const Lab lab = maker().fresh_copy();
+  const auto run = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"model", "model.toml", "--like", "maps/angles.fits"});
+    return run_tool(more, lab.folder());
+  };
+  const ToolRun plain = run({"-o", "a.fits"});
+  EXPECT_TRUE(holds(plain.out, "method culled, bound 1.00e-09 relative; rounding of directions adds ")) << plain.out;
+  EXPECT_EQ(plain.err, "");
+  const ToolRun fine = run({"-o", "b.fits", "--tolerance-rel", "1e-15"});
+  EXPECT_EQ(fine.status, 0);
+  EXPECT_TRUE(holds(fine.err, "note: no method meets 1e-15 relative: exact, bound 1.00e-12")) << fine.err;
+  EXPECT_EQ(run({"-o", "c.fits", "--method", "single"}).err, "");
+}
+
+TEST(Notes, MapsThatLookElsewhereAreComparedOnlyWhenAsked) {
+  Lab lab = maker().fresh_copy();
+  overwrite_bytes("maps/modelled.fits", "distance_mm = 325", "distance_mm = 425")(lab);
+  const std::vector<std::string> command{
+      "compare", "maps/measured.fits", "maps/modelled.fits", "--pictures", "none", "-o", "out"};
+  const ToolRun refused = run_tool(command, lab.folder());
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_FALSE(fs::exists(lab.path("out")));
+  auto asked = command;
+  asked.emplace_back("--other-directions");
+  const ToolRun run = run_tool(asked, lab.folder());
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_TRUE(holds(run.err, "note: the maps look elsewhere: directions differ by up to ")) << run.err;
+}
+
+TEST(Notes, MapsOfOneDetectorAreComparedWithoutAWord) {
+  const Lab lab = maker().fresh_copy();
+  const ToolRun run = run_tool(
+      {"compare", "maps/measured.fits", "maps/modelled.fits", "--pictures", "none", "-o", "out"}, lab.folder());
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+}
+
+TEST(Notes, BrdfSaysWhenItDoesNotFuse) {
+  Lab lab = maker().fresh_copy();
+  const std::vector<std::string> command{"brdf", "measurement.toml", "--method", "fused", "-o"};
+  auto one = command;
+  one.emplace_back("one.fits");
+  EXPECT_EQ(run_tool(one, lab.folder()).err, "");
+  std::string text = lab.read("measurement.toml");
+  const std::size_t begin = text.find("[[exposure]]");
+  ASSERT_NE(begin, std::string::npos);
+  std::size_t end = text.find("\n[", begin + 1);
+  const std::string exposure = text.substr(begin, end == std::string::npos ? end : end - begin);
+  lab.write("measurement.toml", text + "\n" + exposure + "\n");
+  auto two = command;
+  two.emplace_back("two.fits");
+  const ToolRun run = run_tool(two, lab.folder());
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_TRUE(holds(run.err, "note: method exact was used: fused is for a single exposure")) << run.err;
+}
+
+TEST(Notes, ExportSaysThatCameraModelsAreNotRead) {
+  const Lab lab = maker().fresh_copy();
+  lab.write("x.cameramodel", "{}");
+  const ToolRun run = run_tool({"export", "x.cameramodel", "--stage-deg", "20", "--arm-deg", "40", "--instrument",
+                                "instrument.toml", "-o", "b.toml"},
+                               lab.folder());
+  EXPECT_EQ(run.status, 1);
+  EXPECT_TRUE(holds(run.err, "reading .cameramodel is not offered")) << run.err;
+}
+
+}  // namespace
+}  // namespace scatmap::test
