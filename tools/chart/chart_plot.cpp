@@ -68,7 +68,15 @@ std::string label_at(const std::string& text, double x, double y, const std::str
          "\n";
 }
 
-std::string lines_text(const Chart& chart, const Box& box) {
+// A point near the line in the picture's right half: the line's name goes to the left.
+bool crowded_at_right(const std::vector<const ChartRow*>& rows, const Box& box, double error) {
+  const double middle = std::sqrt(box.left * box.right), near = 0.06 * std::log10(box.top / box.bottom);
+  return std::any_of(rows.begin(), rows.end(), [&](const ChartRow* row) {
+    return row->time.minimum_ns > middle && std::abs(std::log10(row->largest_error / error)) < near;
+  });
+}
+
+std::string lines_text(const Chart& chart, const std::vector<const ChartRow*>& rows, const Box& box) {
   std::string out;
   for (const ChartLine& line : chart.time_lines) {
     out += "set arrow from " + number_text(line.value) + "," + number_text(box.bottom) + " to " +
@@ -78,7 +86,10 @@ std::string lines_text(const Chart& chart, const Box& box) {
   for (const ChartLine& line : chart.error_lines) {
     out += "set arrow from " + number_text(box.left) + "," + number_text(line.value) + " to " + number_text(box.right) +
            "," + number_text(line.value) + " nohead dt 4 lc rgb '#b2182b'\n";
-    out += label_at(line.label, box.right, line.value, "right offset -0.5,0.6 font ',11' tc rgb '#b2182b'");
+    const bool left = crowded_at_right(rows, box, line.value);
+    out +=
+        label_at(line.label, left ? box.left : box.right, line.value,
+                 std::string(left ? "left offset 0.5,0.6" : "right offset -0.5,0.6") + " font ',11' tc rgb '#b2182b'");
   }
   return out;
 }
@@ -197,7 +208,7 @@ Plot chart_plot(const Chart& chart) {
   const Box box = box_of(chart, rows, floor);
   const std::vector<const ChartRow*> front = front_of(chart, rows);
   Plot plot;
-  plot.script = frame_text(chart, box) + lines_text(chart, box) + names_text(rows, box, floor) +
+  plot.script = frame_text(chart, box) + lines_text(chart, rows, box) + names_text(rows, box, floor) +
                 front_block(front, floor) + points_block("own", rows, floor, false) +
                 points_block("rivals", rows, floor, true) + bounds_block(rows) + plot_command(rows, front.size());
   return plot;
