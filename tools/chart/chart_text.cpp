@@ -8,6 +8,7 @@
 #include "scatmap/base/number_text.h"
 #include "scatmap/base/provenance.h"
 #include "tools/chart/chart_output.h"
+#include "tools/chart/text_cells.h"
 
 namespace scatmap::tools {
 namespace {
@@ -29,20 +30,10 @@ std::string instruction_set() {
 #endif
 }
 
-std::string padded(const std::string& text, std::size_t width) {
-  return text.size() < width ? text + std::string(width - text.size(), ' ') : text + " ";
-}
-
 std::string short_number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, std::abs(value) >= 0.01 && std::abs(value) < 1e5 ? "%.4g" : "%.2e", value);
   return std::isnan(value) ? "-" : text;
-}
-
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
 }
 
 }  // namespace

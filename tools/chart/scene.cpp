@@ -1,5 +1,6 @@
 #include "tools/chart/scene.h"
 
+#include "data-synthetic/write_toml.h"
 #include "scatmap/base/units.h"
 #include "scatmap/brdf/measurement.h"
 #include "scatmap/model/model_toml.h"
@@ -85,33 +86,10 @@ synth::Bench bench_of(const Instrument& in) {
   return b;
 }
 
-Instrument instrument_of(const synth::Bench& b) {
-  Instrument in;
-  in.columns = b.columns;
-  in.rows = b.rows;
-  in.flip_columns = b.flip_columns;
-  in.flip_rows = b.flip_rows;
-  Geometry<double>& g = in.geometry;
-  g.distance = b.distance_mm * 1e-3;
-  g.offset_x = b.offset_mm[0] * 1e-3;
-  g.offset_y = b.offset_mm[1] * 1e-3;
-  g.rotation_pitch = b.rotation_deg[0] * kRadPerDeg;
-  g.rotation_yaw = b.rotation_deg[1] * kRadPerDeg;
-  g.rotation_roll = b.rotation_deg[2] * kRadPerDeg;
-  g.pixel_column = b.pitch_um[0] * 1e-6;
-  g.pixel_row = b.pitch_um[1] * 1e-6;
-  g.arm_zero = b.arm_zero_deg * kRadPerDeg;
-  g.arm_axis_x = b.axis_offset_mm[0] * 1e-3;
-  g.arm_axis_z = b.axis_offset_mm[1] * 1e-3;
-  g.arm_axis_tilt_x = b.axis_tilt_deg[0] * kRadPerDeg;
-  g.arm_axis_tilt_z = b.axis_tilt_deg[1] * kRadPerDeg;
-  g.stage_zero = b.stage_zero_deg * kRadPerDeg;
-  g.beam_offset_x = b.beam_offset_mm[0] * 1e-3;
-  g.beam_offset_y = b.beam_offset_mm[1] * 1e-3;
-  g.beam_elevation = b.beam_elevation_deg * kRadPerDeg;
-  g.sample_tilt = b.sample_tilt_deg * kRadPerDeg;
-  g.sample_height = b.sample_height_mm * 1e-3;
-  return in;
+Instrument instrument_of(const synth::Bench& bench) {
+  synth::SensorTruth sensor;
+  sensor.read_noise_e = 1;
+  return parse_instrument(synth::instrument_toml(bench, sensor), "bench");
 }
 
 }  // namespace scatmap::tools

@@ -16,7 +16,7 @@ Instrument resized(const Instrument& instrument, int columns, int rows);
 
 /// The instrument in the words of the simulator, whose long double derivation is the charts' reference.
 synth::Bench bench_of(const Instrument& instrument);
-/// And back, without sensor, encoders and calibration.
+/// And back, by way of the instrument file that the simulator would write; its sensor is any.
 Instrument instrument_of(const synth::Bench& bench);
 
 }  // namespace scatmap::tools

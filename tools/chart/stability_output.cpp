@@ -4,6 +4,7 @@
 
 #include "scatmap/base/number_text.h"
 #include "tools/chart/stability.h"
+#include "tools/chart/text_cells.h"
 
 namespace scatmap::tools {
 namespace {
@@ -12,16 +13,6 @@ std::string short_number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2g", value);
   return std::isnan(value) ? "-" : text;
-}
-
-std::string padded(const std::string& text, std::size_t width) {
-  return text.size() < width ? text + std::string(width - text.size(), ' ') : text + " ";
-}
-
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
 }
 
 const char* colour(Verdict v) {

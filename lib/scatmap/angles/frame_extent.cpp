@@ -55,9 +55,11 @@ FrameExtent frame_extent(const SampleView& view, int rows, int columns) {
   const double theta = polar_angle(middle), phi = azimuth_from_minus_x(middle);
   out.theta_min_rad = std::max(0.0, theta - far.radius_rad);
   out.theta_max_rad = std::min(kPi / 2, theta + far.radius_rad);
-  const double ratio = std::sin(far.radius_rad) / std::sin(theta);
   const bool off_pole = theta > far.radius_rad && theta + far.radius_rad < kPi && far.radius_rad < kPi / 2;
-  const double phi_radius = off_pole && ratio < 1 ? std::asin(ratio) : kPi;
+  // A cap of this radius about the middle spans sin(phi) = sin(radius)/sin(theta) on either side.
+  const double half_width = std::sin(far.radius_rad),
+               rest = std::sin(theta + far.radius_rad) * std::sin(theta - far.radius_rad);
+  const double phi_radius = off_pole && rest > 0 ? std::atan2(half_width, std::sqrt(rest)) : kPi;
   constexpr double kSeam = 1e-6;
   out.off_seam = phi - phi_radius > 2 * kSeam && phi + phi_radius < 2 * kPi - 2 * kSeam;
   out.phi_max_rad = out.off_seam ? phi + phi_radius : 2 * kPi;
