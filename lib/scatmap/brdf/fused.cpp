@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <vector>
 
@@ -59,10 +60,14 @@ class Band {
     const int window_first = first_ - kGradient - kWindowReach, window_last = last_ + kGradient + kWindowReach;
     for (int row = window_first - kBloom1; row < window_last + kBloom1; ++row) {
       reduce_row(row);
+      ask_for(row + 1, {0});
       if (row - 1 >= window_first) clean(row - 1);
+      ask_for(row + 1, {1, 2});
       const int middle = row - 1 - kWindowReach;
       if (middle >= first_ - kGradient) finish(middle);
+      ask_for(row + 1, {3});
       if (middle - kGradient >= first_) add_pose(middle - kGradient);
+      ask_for(row + 1, {4});
     }
   }
 
@@ -70,6 +75,12 @@ class Band {
   bool on_frame(int row) const { return row >= 0 && row < rows_; }
   CleanRow at(int row) { return {value_.at(row), floor_.at(row), shot_.at(row)}; }
   bool in_band(int row) const { return row >= first_ && row < last_; }
+
+  // The next row's inputs arrive while this one is worked on.
+  void ask_for(int row, std::initializer_list<int> parts) const {
+    if (!on_frame(row)) return;
+    for (const int part : parts) reducer_.prefetch(row, part);
+  }
 
   void reduce_row(int row) {
     if (!on_frame(row)) {
@@ -179,11 +190,11 @@ class Band {
   std::array<bool, 3> spills_{};
   std::array<bool, kWindowRows> odd_{};  // pixels of mask 0 without a finite value
   RowRing<Mask, 6> mask_{columns_, 0, Mask{0}};
-  RowRing<double, kWindowRows + 1> value_{columns_, kWindowReach, 0.0};
-  RowRing<std::uint8_t, kWindowRows + 1> good_{columns_, kWindowReach, std::uint8_t{0}};
+  RowRing<double, kWindowRows + 1> value_{columns_, kRowMargin, 0.0};
+  RowRing<std::uint8_t, kWindowRows + 1> good_{columns_, kRowMargin, std::uint8_t{0}};
   RowRing<float, kWindowRows + 1> floor_{columns_, 0, 0.f}, shot_{columns_, 0, 0.f};
   RowRing<double, 1> expected_{columns_, 0, 0.0};
-  RowRing<double, 3> expected_f_{columns_, 1, kNaN};
+  RowRing<double, 3> expected_f_{columns_, kRowMargin, kNaN};
   std::vector<double> inverse_, unused_f_;
   std::vector<float> unused_u_;
 };

@@ -1,6 +1,7 @@
 #include "scatmap/brdf/fused_kernels.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -13,7 +14,8 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLargest = std::numeric_limits<double>::max();
-constexpr int kPadded = kStrip + 2 * kWindowReach;
+constexpr int kPadded = kStrip + 2 * kRowMargin;
+constexpr int kSide = kRowMargin - kWindowReach;      // from the margin's edge to the window's
 constexpr int kFull = kWindowRows * kWindowRows - 1;  // neighbours of a pixel in the middle of good ones
 
 // Sums over the window's rows, column by column.
@@ -42,8 +44,9 @@ struct Neighbours {
 };
 
 SCATMAP_INLINE Neighbours neighbours(const ColumnSums& s, int i, double own) {
-  return {s.value[i] + s.value[i + 1] + s.value[i + 2] + s.value[i + 3] + s.value[i + 4] - own,
-          s.square[i] + s.square[i + 1] + s.square[i + 2] + s.square[i + 3] + s.square[i + 4] - own * own};
+  const double *value = s.value + kSide, *square = s.square + kSide;
+  return {value[i] + value[i + 1] + value[i + 2] + value[i + 3] + value[i + 4] - own,
+          square[i] + square[i + 1] + square[i + 2] + square[i + 3] + square[i + 4] - own * own};
 }
 
 // expected_signal.h, with the numbers that depend on the count given.
@@ -54,14 +57,26 @@ SCATMAP_INLINE double local_estimate(const Neighbours& s, double per_count, doub
   const double noise = floor + (mean > 0 ? mean : 0) * shot;
   const double excess = scatter - noise * chance;
   const double structure = excess > 0 ? excess : 0;
-  return mean + structure * (own - mean) / (structure + noise);
+  // A share of the signal's structure: float keeps the variance within its bound, and divides twice as many at a time.
+  const float share = static_cast<float>(structure) / static_cast<float>(structure + noise);
+  return mean + static_cast<double>(share) * (own - mean);
 }
 
-// Where the window holds a pixel that is not good, or the frame's edge.
-double estimate_with(const Neighbours& s, int count, double own, double floor, double shot) {
-  if (count < kLeastNeighbours) return own;
-  const double n = count;
-  return local_estimate(s, 1 / n, 1 / (n - 1), 1 + kStructureSigmas * std::sqrt(2 / (n - 1)), own, floor, shot);
+// What local_estimate() wants to know of a number of neighbours.
+struct OfCount {
+  double per_count, per_degree, chance;
+};
+
+const std::array<OfCount, kFull + 1>& of_counts() {
+  static const auto kTable = [] {
+    std::array<OfCount, kFull + 1> out{};
+    for (std::size_t k = kLeastNeighbours; k < out.size(); ++k) {
+      const auto n = static_cast<double>(k);
+      out[k] = {1 / n, 1 / (n - 1), 1 + kStructureSigmas * std::sqrt(2 / (n - 1))};
+    }
+    return out;
+  }();
+  return kTable;
 }
 
 }  // namespace
@@ -94,13 +109,18 @@ namespace {
 void estimate_odd(const ColumnSums& sums, const std::uint8_t* odd, const std::uint8_t* count, const std::uint8_t* good,
                   const double* own, const float* floor, const float* shot, int n, double* expected) {
   constexpr int kWord = 8;
+  const auto& table = of_counts();
   for (int first = 0; first < n; first += kWord) {
     std::uint64_t any = 0;
     std::memcpy(&any, odd + first, sizeof any);
     for (int i = first; any != 0 && i < std::min(n, first + kWord); ++i) {
       if (odd[i] == 0) continue;
-      expected[i] =
-          good[i] == 0 ? kNaN : estimate_with(neighbours(sums, i, own[i]), count[i], own[i], floor[i], shot[i]);
+      const OfCount& k = table[count[i]];
+      const double estimate = count[i] < kLeastNeighbours
+                                  ? own[i]
+                                  : local_estimate(neighbours(sums, i, own[i]), k.per_count, k.per_degree, k.chance,
+                                                   own[i], static_cast<double>(floor[i]), static_cast<double>(shot[i]));
+      expected[i] = good[i] == 0 ? kNaN : estimate;
     }
   }
 }
@@ -111,25 +131,25 @@ SCATMAP_CLONES void expected_row(const WindowRows& rows, const float* floor, con
                                  double* expected) {
   ColumnSums sums;
   alignas(64) std::uint8_t count[kStrip], odd[kStrip] = {};
-  const double chance = 1 + kStructureSigmas * std::sqrt(2.0 / (kFull - 1));
+  const OfCount full = of_counts()[kFull];
   for (int first = 0; first < pixels; first += kStrip) {
     const int n = std::min(kStrip, pixels - first);
-    sum_columns(rows, first - kWindowReach, n + 2 * kWindowReach, sums);
+    sum_columns(rows, first - kRowMargin, n + 2 * kRowMargin, sums);
     const double* own = rows.value[kWindowReach] + first;
     const std::uint8_t* good = rows.good[kWindowReach] + first;
+    const std::uint8_t* seen = sums.count + kSide;
     std::uint8_t any = 0;
     SCATMAP_INDEPENDENT
     for (int i = 0; i < n; ++i) {
-      const auto all = static_cast<std::uint8_t>(sums.count[i] + sums.count[i + 1] + sums.count[i + 2] +
-                                                 sums.count[i + 3] + sums.count[i + 4]);
+      const auto all = static_cast<std::uint8_t>(seen[i] + seen[i + 1] + seen[i + 2] + seen[i + 3] + seen[i + 4]);
       count[i] = static_cast<std::uint8_t>(all - good[i]);
       odd[i] = static_cast<std::uint8_t>(all ^ (kFull + 1));
       any = static_cast<std::uint8_t>(any | odd[i]);
     }
     SCATMAP_INDEPENDENT
     for (int i = 0; i < n; ++i) {
-      expected[first + i] = local_estimate(neighbours(sums, i, own[i]), 1.0 / kFull, 1.0 / (kFull - 1), chance, own[i],
-                                           floor[first + i], shot[first + i]);
+      expected[first + i] = local_estimate(neighbours(sums, i, own[i]), full.per_count, full.per_degree, full.chance,
+                                           own[i], floor[first + i], shot[first + i]);
     }
     if (any != 0) estimate_odd(sums, odd, count, good, own, floor + first, shot + first, n, expected + first);
   }

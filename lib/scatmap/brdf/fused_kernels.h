@@ -5,12 +5,13 @@
 #include "scatmap/base/mask.h"
 #include "scatmap/counts/row_kernels.h"
 
-/// The vector loops of fused.cpp, one row at a time. Rows of `value` and `good` have kWindowReach readable zeros on
-/// either side.
+/// The vector loops of fused.cpp, one row at a time. Rows of `value` and `good` have kRowMargin readable zeros on either
+/// side.
 namespace scatmap {
 
 inline constexpr int kWindowReach = 2;
 inline constexpr int kWindowRows = 2 * kWindowReach + 1;
+inline constexpr int kRowMargin = 8;  ///< the window's reach and more: column 0 then starts a cache line
 
 /// A row of counts on the map's scale, before the geometry.
 struct CleanRow {

@@ -139,6 +139,38 @@ std::size_t RowReducer::row(int row, const CountsRow& out, Scratch& scratch) con
   return rejected;
 }
 
+namespace {
+
+template <class T>
+void prefetch_row(const Grid<T>& plane, int row) {
+  constexpr int kLine = 64 / sizeof(T);
+  if (plane.empty()) return;
+  const T* from = plane.row(row).data();
+  for (int c = 0; c < plane.columns(); c += kLine) __builtin_prefetch(from + c, 0, 2);
+}
+
+}  // namespace
+
+void RowReducer::prefetch(int row, int part) const {
+  switch (part) {
+    case 0:
+      for (const Frame& frame : frames_) prefetch_row(frame.dn, row);
+      break;
+    case 1:
+      prefetch_row(dark_.level_dn, row);
+      break;
+    case 2:
+      prefetch_row(dark_.single_variance_dn2, row);
+      break;
+    case 3:
+      prefetch_row(dark_.level_variance_dn2, row);
+      break;
+    default:
+      prefetch_row(dark_.mask, row);
+      prefetch_row(response_.flat, row);
+  }
+}
+
 Counts reduce(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor,
               const PixelResponse& response, double exposure_s) {
   const RowReducer reducer(frames, dark, sensor, response, exposure_s);

@@ -51,6 +51,8 @@ class RowReducer {
   };
   /// @return values rejected as outliers
   std::size_t row(int row, const CountsRow& out, Scratch& scratch) const;
+  /// Asks for a fifth of a row's inputs, so that they arrive while the row before is worked on. @param part 0 to 4
+  void prefetch(int row, int part) const;
 
  private:
   std::size_t judge(int row, int column, std::vector<double>& values, const CountsRow& out) const;
