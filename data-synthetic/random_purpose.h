@@ -11,6 +11,7 @@ enum RandomPurpose : std::uint64_t {
   kHotPixels = 3,
   kEncoders = 4,
   kCentroids = 5,
+  kPixelGains = 6,
 };
 
 }  // namespace scatmap::synth

@@ -104,11 +104,10 @@ Scene parse_scene(const std::string& text, const std::string& name) {
   const TomlTable nominal = table_or_empty(root, "nominal");
   out.nominal_bench = read_bench(nominal, out.bench);
   out.nominal_sensor = read_sensor(nominal, out.sensor);
-  if (root.choice("kind", {"brdf", "mirror"}) == "brdf") {
-    out.brdf = read_brdf_scene(root, out.bench, out.wavelength_nm);
-  } else {
-    out.mirror = read_mirror_scene(root, out.bench);
-  }
+  root.choice("kind", {"brdf", "mirror", "flats"});
+  if (kind == "brdf") out.brdf = read_brdf_scene(root, out.bench, out.wavelength_nm);
+  if (kind == "mirror") out.mirror = read_mirror_scene(root, out.bench);
+  if (kind == "flats") out.flats = read_flat_scene(root);
   root.reject_unknown_keys();
   return out;
 }

@@ -72,7 +72,17 @@ struct MirrorScene {
   std::vector<MirrorTarget> targets;
 };
 
-/// A scene file, read strictly. Exactly one of `brdf` and `mirror` is present.
+/// Frames under steady, nearly uniform light, at several exposure times: what photon transfer wants.
+struct FlatScene {
+  std::vector<double> exposure_s;
+  int frames = 2;  ///< per exposure time
+  int darks = 2;
+  double electrons_per_s = 0;  ///< of the brightest pixel
+  double falloff_percent = 0;  ///< less light in the corners, growing with the square of the distance
+  double prnu_percent = 0;     ///< standard deviation of the pixels' gains
+};
+
+/// A scene file, read strictly. Exactly one of `brdf`, `mirror` and `flats` is present.
 struct Scene {
   std::string name;  ///< of the file, for messages
   std::uint64_t seed = 0;
@@ -85,6 +95,7 @@ struct Scene {
   double signature_diameter_mm = 1;  ///< of the beam on the sensor, 1/e²
   std::optional<BrdfScene> brdf;
   std::optional<MirrorScene> mirror;
+  std::optional<FlatScene> flats;
 };
 
 /// @throws Error naming file, line and key: missing, unknown, of the wrong type or out of range

@@ -170,4 +170,17 @@ MirrorScene read_mirror_scene(const TomlTable& root, const Bench& bench) {
   return out;
 }
 
+FlatScene read_flat_scene(const TomlTable& root) {
+  FlatScene out;
+  const TomlTable t = root.table("flats");
+  out.exposure_s = t.numbers("exposure_s", 0, kPositive);
+  if (out.exposure_s.empty()) throw Error({t.where("exposure_s"), "is empty", {}, "one exposure time or more, s"});
+  out.frames = t.integer("frames", 1, kMostFrames);
+  out.darks = t.integer("darks", 1, kMostFrames);
+  out.electrons_per_s = t.number("electrons_per_s", kNotNegative);
+  out.falloff_percent = t.number_or("falloff_percent", out.falloff_percent, {0, 100, true});
+  out.prnu_percent = t.number_or("prnu_percent", out.prnu_percent, {0, 10, true});
+  return out;
+}
+
 }  // namespace scatmap::synth

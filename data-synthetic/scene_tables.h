@@ -19,5 +19,7 @@ SensorTruth read_sensor(const TomlTable& root, const SensorTruth& start);
 BrdfScene read_brdf_scene(const TomlTable& root, const Bench& bench, double wavelength_nm);
 /// The calibration run: everything that a scene of kind "mirror" has beyond the bench.
 MirrorScene read_mirror_scene(const TomlTable& root, const Bench& bench);
+/// The photon transfer's light: the table [flats] of a scene of kind "flats".
+FlatScene read_flat_scene(const TomlTable& root);
 
 }  // namespace scatmap::synth

@@ -20,11 +20,9 @@ void write_dataset(const Scene& scene, const std::string& scene_text, const fs::
   const std::string real = instrument_toml(scene.bench, scene.sensor);
   write_text_file(folder / "truth/instrument.toml", comment + "# The truth.\n\n" + real, Overwrite::kKeep);
   write_text_file(folder / "truth/scene.toml", scene_text, Overwrite::kKeep);
-  if (scene.brdf) {
-    write_brdf_dataset(scene, folder, provenance);
-  } else {
-    write_mirror_dataset(scene, folder, provenance);
-  }
+  if (scene.brdf) write_brdf_dataset(scene, folder, provenance);
+  if (scene.mirror) write_mirror_dataset(scene, folder, provenance);
+  if (scene.flats) write_flat_dataset(scene, folder, provenance);
 }
 
 }  // namespace scatmap::synth

@@ -17,6 +17,7 @@ void write_dataset(const Scene& scene, const std::string& scene_text, const std:
 /// The part that belongs to a scene of one kind; `folder` has frames/ and truth/.
 void write_brdf_dataset(const Scene& scene, const std::filesystem::path& folder, const Provenance& provenance);
 void write_mirror_dataset(const Scene& scene, const std::filesystem::path& folder, const Provenance& provenance);
+void write_flat_dataset(const Scene& scene, const std::filesystem::path& folder, const Provenance& provenance);
 
 /// True where the point lies on the sensor.
 bool on_sensor(const Bench& bench, const PixelPoint& point);

@@ -60,11 +60,11 @@ std::string FrameWriter::write(const std::string& name, const std::string& image
 }
 
 StackFiles FrameWriter::write_stack(const std::string& name, const Grid<double>& signal_e, const FrameStack& stack,
-                                    double stage_deg, double arm_deg) {
+                                    double stage_deg, double arm_deg, const std::string& image_type) {
   const FrameSetting setting{stack.exposure_s, stack.true_exposure_s, stage_deg, arm_deg};
   StackFiles files;
   for (int i = 1; i <= stack.frames; ++i) {
-    files.frames.push_back(write(numbered(name, i), "Light Frame", signal_e, setting));
+    files.frames.push_back(write(numbered(name, i), image_type, signal_e, setting));
   }
   for (int i = 1; i <= stack.darks; ++i) {
     files.darks.push_back(write(numbered(name + "_dark", i), "Dark Frame", no_light_e_, setting));

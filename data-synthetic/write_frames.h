@@ -29,8 +29,9 @@ class FrameWriter {
   std::string write(const std::string& name, const std::string& image_type, const Grid<double>& signal_e,
                     const FrameSetting& setting);
   /// Frames and darks of one stack: NAME_001.fits …, NAME_dark_001.fits … @throws Error
+  /// @param image_type IMAGETYP of the frames under light
   StackFiles write_stack(const std::string& name, const Grid<double>& signal_e, const FrameStack& stack,
-                         double stage_deg, double arm_deg);
+                         double stage_deg, double arm_deg, const std::string& image_type = "Light Frame");
 
  private:
   const Scene& scene_;

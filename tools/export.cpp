@@ -43,11 +43,19 @@ std::string commented(const std::string& lines) {
   return out;
 }
 
+// The formats have no word for it; maps mask such pixels.
+void note_back(const SampleView& view, const Instrument& in) {
+  const Vector3<double> middle = view.pixel(0.5 * (in.columns - 1), 0.5 * (in.rows - 1));
+  if (view.detector_normal.dot(middle) > 0) return;
+  std::fprintf(stderr, "note: the detector turns its back to the sample: this is its view through the back\n");
+}
+
 std::string exported(const Options& o, const std::string& extension, const Invocation& invocation) try {
   const Instrument in = read_instrument(o.input);
   if (in.lens_cameramodel)
     throw Error({"detector.lens_cameramodel", "is a camera model already; only a bare detector is exported", {}, {}});
   const SampleView view = sample_view(in, o.pose());
+  note_back(view, in);
   const std::string comment = provenance_lines(invocation, instrument_inputs(o.input, in));
   if (extension == ".poni") return calib::to_poni(calib::poni_at_spot(view, in.columns, in.rows), comment);
   return calib::to_cameramodel(calib::pinhole_at_spot(view, in.columns, in.rows), comment);

@@ -93,6 +93,8 @@ inline std::vector<BadInput> bad_measurements() {
              {here + "exposure.0.frames"}),
       edited("measurement: no dark", darks, "", {file, "exposure.0.darks", "no dark"}),
       edited("measurement: empty darks", darks, "darks = []", {here + "exposure.0.darks", "no dark"}),
+      edited("measurement: a light frame among the darks", "\"frames/exposure1_dark_001.fits\"",
+             "\"frames/signature_001.fits\"", {"signature_001.fits: IMAGETYP", "no dark"}),
       edited("measurement: darks and dark_level_dn", darks, stated, {file, "exposure.0.dark_level_dn", "darks"}),
       edited("measurement: dark_level_dn without uncertainty", darks, "dark_level_dn = 300",
              {file, "exposure.0.u_dark_level_dn", "missing"}),

@@ -80,6 +80,7 @@ FrameSource::FrameSource(const Measurement& measurement)
 
 void FrameSource::check(const Frame& f, bool is_dark, double exposure_s) {
   const std::string name = f.file.string();
+  if (is_dark) require_dark(f);
   require_detector_size(f.dn.rows(), f.dn.columns(), name, measurement_.instrument);
   require_agreement(f.header.exposure_s, exposure_s, 1e-3 * exposure_s, name + ": EXPTIME",
                     is_dark ? "exposure_s of the frames it is the dark of" : "exposure_s");

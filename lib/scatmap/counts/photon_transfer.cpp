@@ -133,7 +133,7 @@ void check_stated(const std::vector<TransferPoint>& points, double saturation_dn
   const auto reached =
       std::count_if(points.begin(), points.end(), [&](const TransferPoint& p) { return p.mean_dn >= saturation_dn; });
   if (2 * static_cast<std::size_t>(reached) <= points.size()) return;
-  throw Error({"--saturation-dn", "contradicts the flats, most of which are brighter", number_text(saturation_dn),
+  throw Error({"the stated saturation", "contradicts the flats, most of which are brighter", number_text(saturation_dn),
                "a value between their brightest level, " + number_text(points.back().mean_dn) +
                    " DN in the mean, and the converter's largest"});
 }

@@ -257,10 +257,10 @@ void write_residual_fits(const Comparison& comparison, const BrdfMap& like, cons
   const std::optional<TanWcs> wcs = wcs_of(like.instrument, view);
   FitsWriter fits(target, overwrite);
   if (comparison.residual) {
-    fits.image("RESIDUAL", "", comparison.residual->normalised);
+    fits.image("RESIDUAL", "1", comparison.residual->normalised);
     write_wcs(fits, wcs);
   }
-  fits.image("LOG10_RATIO", "", comparison.log10_ratio);
+  fits.image("LOG10_RATIO", "1", comparison.log10_ratio);
   write_wcs(fits, wcs);
   write_provenance(fits, provenance);
   fits.commit();
