@@ -285,8 +285,9 @@ void run(const Options& o) {
   }
   if (!o.json) {
     print_answer(answer, o.whole_map ? "" : " sr^-1");
-    std::printf("power into the %zu pixels: %.6g of the incident, standard uncertainty %.3g (%.3g without scale)\n",
-                power.pixels.size(), scattered.value, scattered.total(), scattered.without_scale());
+    std::printf("power into the %zu pixel%s: %.6g of the incident, standard uncertainty %.3g (%.3g without scale)\n",
+                power.pixels.size(), power.pixels.size() == 1 ? "" : "s", scattered.value, scattered.total(),
+                scattered.without_scale());
   }
   if (other) answer_pair(uncertainty, sum, *other, target);
   if (o.target_percent > 0) print_targets(answer, o.target_percent / 100, target);

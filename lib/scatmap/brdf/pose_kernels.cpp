@@ -60,21 +60,26 @@ float form_square(const RowForm& form, float t, const Gradient& g) {
   return square_of(form, t, static_cast<float>(g.f), static_cast<float>(g.per_column), static_cast<float>(g.per_row));
 }
 
-SCATMAP_CLONES bool form_squares(const RowForm& form, float per_column, const GradientRows& f, int first_column,
-                                 int last_column, float* out) {
+SCATMAP_CLONES ColumnSpan form_squares(const RowForm& form, float per_column, const GradientRows& f, int first_column,
+                                       int last_column, float* out) {
   const RowForm q = form;  // a local copy: nothing that `out` could overlap
   const int n = last_column - first_column;
   const double *above = f.above + first_column, *here = f.here + first_column, *below = f.below + first_column;
   float* to = out + first_column;
-  int any = 0;
   SCATMAP_INDEPENDENT
   for (int i = 0; i < n; ++i) {
     const auto x = static_cast<float>(here[i + 1] - here[i - 1]), y = static_cast<float>(below[i] - above[i]);
     to[i] = square_of(q, static_cast<float>(i) * per_column, static_cast<float>(here[i]), 0.5f * x, 0.5f * y);
   }
+  int first = n, last = 0;
   SCATMAP_INDEPENDENT
-  for (int i = 0; i < n; ++i) any |= to[i] != to[i] ? 1 : 0;
-  return any != 0;
+  for (int i = 0; i < n; ++i) {
+    const bool absent = to[i] != to[i];
+    const int from = absent ? i : n, past = absent ? i + 1 : 0;
+    first = from < first ? from : first;
+    last = past > last ? past : last;
+  }
+  return {first_column + first, first_column + last};
 }
 
 SCATMAP_CLONES void square_roots(int pixels, float* square) {

@@ -27,9 +27,14 @@ struct RowForm {
 /// The row at t of a tile, 0 at its first row and 1 at its last.
 void row_form(const PoseTiles::Tile& tile, double t, RowForm& out);
 
-/// Squares over [first_column, last_column) with central differences: NaN beside any NaN. @return whether any is NaN
-bool form_squares(const RowForm& form, float per_column, const GradientRows& f, int first_column, int last_column,
-                  float* out);
+/// Columns from the first to the last of some kind; empty where first >= last.
+struct ColumnSpan {
+  int first, last;  ///< last: one past
+};
+
+/// Squares over [first_column, last_column) with central differences: NaN beside any NaN. @return where they are NaN
+ColumnSpan form_squares(const RowForm& form, float per_column, const GradientRows& f, int first_column, int last_column,
+                        float* out);
 
 /// One square; t as above.
 float form_square(const RowForm& form, float t, const Gradient& g);

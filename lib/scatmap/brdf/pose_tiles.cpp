@@ -147,8 +147,8 @@ void PoseTiles::squares(const std::vector<Tile>& band, int row, const GradientRo
     const auto per_column = static_cast<float>(per_step(tile.first_column, tile.last_column));
     RowForm form;
     row_form(tile, t, form);
-    if (!form_squares(form, per_column, f, tile.first_column, tile.last_column, out)) continue;
-    for (int c = tile.first_column; c < tile.last_column; ++c) {  // beside a NaN: with what neighbours there are
+    const ColumnSpan absent = form_squares(form, per_column, f, tile.first_column, tile.last_column, out);
+    for (int c = absent.first; c < absent.last; ++c) {  // beside a NaN: with what neighbours there are
       if (!std::isnan(out[c])) continue;
       out[c] = form_square(form, static_cast<float>(c - tile.first_column) * per_column, gradient_at(f, c));
     }
