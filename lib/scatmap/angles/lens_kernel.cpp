@@ -1,6 +1,8 @@
 #include "scatmap/angles/lens_kernel.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "scatmap/base/arctangent.h"
 
@@ -95,7 +97,33 @@ LensStep newton_step(const OpencvLens& l, double column, double row, double x, d
   const double ex = wanted_x - d.x, ey = wanted_y - d.y, inverse = 1 / (d.xx * d.yy - d.xy * d.yx);
   const double nx = x + (d.yy * ex - d.xy * ey) * inverse, ny = y + (d.xx * ey - d.yx * ex) * inverse;
   const Distorted at = distort(l, nx, ny);
-  return {nx, ny, unfolded(at), std::hypot((wanted_x - at.x) * l.fx, (wanted_y - at.y) * l.fy)};
+  constexpr double kUnit = std::numeric_limits<double>::epsilon();
+  const double rounding_x = kUnit * (std::abs(at.xx * nx) + std::abs(at.xy * ny)),
+               rounding_y = kUnit * (std::abs(at.yx * nx) + std::abs(at.yy * ny));
+  return {nx, ny, unfolded(at), std::hypot((wanted_x - at.x) * l.fx, (wanted_y - at.y) * l.fy),
+          std::hypot(rounding_x * l.fx, rounding_y * l.fy)};
+}
+
+namespace {
+
+double denominator(const OpencvLens& l, double r2) { return 1 + r2 * (l.k[5] + r2 * (l.k[6] + r2 * l.k[7])); }
+
+}  // namespace
+
+double unfolded_at(const OpencvLens& l, double x, double y) {
+  return denominator(l, x * x + y * y) > 0 ? unfolded(distort(l, x, y)) : -1;
+}
+
+double least_stretch(const OpencvLens& l, double radius) {
+  const double r2 = radius * radius;
+  if (!(denominator(l, r2) > 0)) return -1;
+  OpencvLens radial = l;
+  for (const std::size_t i : {2, 3, 8, 9, 10, 11}) radial.k[i] = 0;
+  const Distorted d = distort(radial, radius, 0);
+  const double tangential = 6 * radius * (std::abs(l.k[2]) + std::abs(l.k[3]));
+  const double prism = radius * std::hypot(2 * std::abs(l.k[8]) + 4 * std::abs(l.k[9]) * r2,
+                                           2 * std::abs(l.k[10]) + 4 * std::abs(l.k[11]) * r2);
+  return std::min(d.xx, d.yy) - tangential - prism;
 }
 
 }  // namespace scatmap::kernel
