@@ -247,6 +247,8 @@ void judge(const Cases& cases, const Method& m, StabilityCell& cell) {
   cell.amplification_sigma = amplification(m, rays, truth, cases.by_sigma);
   if (cell.reason.empty() && cell.worst_error <= cell.bound) {
     cell.verdict = Verdict::kHolds;
+    if (std::isnan(cell.amplification_sigma))
+      cell.reason = "amplification by sigma: none, no pixel keeps its ray when the distortion moves off 0";
   } else if (m.of_mrcal) {
     cell.verdict = Verdict::kFallsBack;
     cell.reason =

@@ -271,6 +271,7 @@ StabilityCell cell_of(const Regime& regime, const FrameModelOptions& method, con
   cell.amplification_ulp = difference(evaluated(method, by_ulp).brdf_per_sr, answer.brdf_per_sr, peak) / truth_ulp;
   cell.amplification_sigma =
       difference(evaluated(method, by_sigma).brdf_per_sr, answer.brdf_per_sr, peak) / truth_sigma;
+  if (truth_sigma == 0) cell.reason = "amplification: none, the truth does not move with the inputs";
   constexpr double kRoundingSteps = 8;  // directions are rounded when made, normalised, added and turned
   if (cell.worst_error <= cell.bound) {
     cell.verdict = Verdict::kHolds;
