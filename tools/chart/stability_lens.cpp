@@ -251,6 +251,7 @@ void judge(const Cases& cases, const Method& m, StabilityCell& cell) {
       cell.reason = "amplification by sigma: none, no pixel keeps its ray when the distortion moves off 0";
   } else if (m.of_mrcal) {
     cell.verdict = Verdict::kFallsBack;
+    if (!cell.reason.empty()) cell.worst_error = std::numeric_limits<double>::quiet_NaN();
     cell.reason =
         (cell.reason.empty() ? "beyond its bound" : cell.reason) + ": scatmap takes its own inverse for this model";
   }
