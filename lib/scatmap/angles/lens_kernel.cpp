@@ -114,16 +114,20 @@ double unfolded_at(const OpencvLens& l, double x, double y) {
   return denominator(l, x * x + y * y) > 0 ? unfolded(distort(l, x, y)) : -1;
 }
 
-double least_stretch(const OpencvLens& l, double radius) {
-  const double r2 = radius * radius;
-  if (!(denominator(l, r2) > 0)) return -1;
-  OpencvLens radial = l;
+SCATMAP_CLONES void run_least_stretch(const OpencvLens& lens, std::size_t n, const double* __restrict radius,
+                                      double* __restrict stretch) {
+  OpencvLens radial = lens;
   for (const std::size_t i : {2, 3, 8, 9, 10, 11}) radial.k[i] = 0;
-  const Distorted d = distort(radial, radius, 0);
-  const double tangential = 6 * radius * (std::abs(l.k[2]) + std::abs(l.k[3]));
-  const double prism = radius * std::hypot(2 * std::abs(l.k[8]) + 4 * std::abs(l.k[9]) * r2,
-                                           2 * std::abs(l.k[10]) + 4 * std::abs(l.k[11]) * r2);
-  return std::min(d.xx, d.yy) - tangential - prism;
+  const double tangential = 6 * (std::abs(lens.k[2]) + std::abs(lens.k[3]));
+  const double prism = 2 * std::abs(lens.k[8]) + 2 * std::abs(lens.k[10]),
+               prism2 = 4 * std::abs(lens.k[9]) + 4 * std::abs(lens.k[11]);
+  const double k4 = lens.k[5], k5 = lens.k[6], k6 = lens.k[7];
+  for (std::size_t i = 0; i < n; ++i) {
+    const double r = radius[i], r2 = r * r;
+    const Distorted d = distort(radial, r, 0);
+    const double least = (d.xx < d.yy ? d.xx : d.yy) - r * (tangential + prism + prism2 * r2);
+    stretch[i] = 1 + r2 * (k4 + r2 * (k5 + r2 * k6)) > 0 ? least : -1;
+  }
 }
 
 }  // namespace scatmap::kernel

@@ -32,8 +32,8 @@ LensStep newton_step(const OpencvLens& lens, double column, double row, double x
 
 /// `determinant` at (x, y); not positive either where a denominator has passed 0.
 double unfolded_at(const OpencvLens& lens, double x, double y);
-/// Bound from below of the lens's stretch in any direction at any point at this distance from the axis: the least
+/// Bounds from below of the lens's stretch in any direction at any point at n distances from the axis: the least
 /// eigenvalue of its Jacobian's symmetric part. The lens is one to one on every disc where it is positive.
-double least_stretch(const OpencvLens& lens, double radius);
+void run_least_stretch(const OpencvLens& lens, std::size_t n, const double* radius, double* stretch);
 
 }  // namespace scatmap::kernel

@@ -86,13 +86,16 @@ class UnfoldedDisc {
     if (radius >= beyond_ || !std::isfinite(radius)) return false;
     constexpr double kMargin = 1.1;  // so that the next part of a row asks for no more
     const double half = tangent_of_half(kMargin * radius);
-    for (int i = 1; i <= kLensFoldSteps; ++i) {
-      const double r = tangent_of_double(half * i / kLensFoldSteps);
-      if (!(kernel::least_stretch(lens_, r) > 0)) {
-        beyond_ = r;
-        return radius <= radius_;
+    std::array<double, kLensFoldSteps> r, stretch;
+    for (std::size_t i = 0; i < r.size(); ++i)
+      r[i] = tangent_of_double(half * static_cast<double>(i + 1) / kLensFoldSteps);
+    kernel::run_least_stretch(lens_, r.size(), r.data(), stretch.data());
+    for (std::size_t i = 0; i < r.size(); ++i) {
+      if (!(stretch[i] > 0)) {
+        beyond_ = r[i];
+        break;
       }
-      radius_ = std::max(radius_, r);
+      radius_ = std::max(radius_, r[i]);
     }
     return radius <= radius_;
   }
@@ -131,15 +134,27 @@ std::optional<kernel::LensStart> near_start(const OpencvLens& lens, int row, int
                            a->y, slope(a->y, b->y, c->y), bend(a->y, b->y, c->y)};
 }
 
+// Distance from the axis, of the rays that there are.
+double farthest(const Part& part, std::size_t n) {
+  std::array<double, 8> most2{};  // side by side: one maximum after the other would take as long as the rays
+  std::size_t i = 0;
+  for (; i + most2.size() <= n; i += most2.size()) {
+    for (std::size_t k = 0; k < most2.size(); ++k) {
+      const double r2 = part.x[i + k] * part.x[i + k] + part.y[i + k] * part.y[i + k];
+      most2[k] = most2[k] < r2 ? r2 : most2[k];
+    }
+  }
+  for (; i < n; ++i) most2[0] = std::max(most2[0], part.x[i] * part.x[i] + part.y[i] * part.y[i]);
+  return std::sqrt(*std::max_element(most2.begin(), most2.end()));
+}
+
 void unproject_part(const OpencvLens& lens, UnfoldedDisc& disc, int row, int first, std::size_t n, Part& part) {
   const kernel::LensStart far{(first - lens.cx) / lens.fx, 1 / lens.fx, 0, (row - lens.cy) / lens.fy, 0, 0};
   const auto near = near_start(lens, row, first, n);
   (near ? kernel::run_unproject_near : kernel::run_unproject_far)(lens, row, first, near ? *near : far, n,
                                                                   part.x.data(), part.y.data(), part.determinant.data(),
                                                                   part.residual_px.data());
-  double farthest2 = 0;
-  for (std::size_t i = 0; i < n; ++i) farthest2 = std::max(farthest2, part.x[i] * part.x[i] + part.y[i] * part.y[i]);
-  const bool unfolded = disc.holds(std::sqrt(farthest2));
+  const bool unfolded = disc.holds(farthest(part, n));
   for (std::size_t i = 0; i < n; ++i) {
     const bool met = part.residual_px[i] <= kAccepted_px && part.determinant[i] > 0;
     if (!met || !(unfolded || disc.holds(std::hypot(part.x[i], part.y[i]))))
