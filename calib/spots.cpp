@@ -157,17 +157,37 @@ GaussianSpot brightest_rest(const SpotImage& image, const SpotFit& fit) {
   return out;
 }
 
+// The light of each spot may be two spots': the mean square distance of their places from the one, by their light, in
+// every direction, for which way they lie is no better known. A second one farther off is no hidden spot.
+SpotFit with_ambiguity(SpotFit fit, const SpotFit& trial) {
+  constexpr double kHidden = 2;  // standard deviations of the one
+  const GaussianSpot& hidden = trial.spots.back();
+  for (std::size_t k = 0; k < fit.spots.size(); ++k) {
+    double sum_px2 = 0;
+    const bool near = fit.spots[k].distance2(hidden.column_px, hidden.row_px) <= kHidden * kHidden;
+    for (const GaussianSpot* s : {&trial.spots[k], near ? &hidden : &trial.spots[k]}) {
+      const Eigen::Vector2d shift(s->column_px - fit.spots[k].column_px, s->row_px - fit.spots[k].row_px);
+      const double others_e = near ? hidden.flux_e : trial.spots[k].flux_e;
+      sum_px2 += s->flux_e / (trial.spots[k].flux_e + others_e) * shift.squaredNorm();
+    }
+    fit.ambiguity_px2.push_back(sum_px2 * Eigen::Matrix2d::Identity());
+  }
+  return fit;
+}
+
 // Two spots too close for two peaks look like one that is no Gaussian: another is tried where the rest is brightest,
-// and kept only if all light is explained then. Light that is no Gaussian at all stays one spot.
+// and kept only if all light is explained then. Light that is no Gaussian at all stays one spot. Where two explain it
+// but it does not say how they share it, one spot stays, as uncertain as that.
 SpotFit with_hidden_spot(SpotImage& image, const SpotFit& fit) {
   std::vector<GaussianSpot> starts = fit.spots;
   starts.push_back(brightest_rest(image, fit));
   if (!(starts.back().flux_e > 0)) return fit;
   SpotImage trial_image = image;
   SpotFit trial = fit_spots(trial_image, starts);
-  if (!trial.converged || trial.misfit) return fit;
+  if (trial.spots.size() != starts.size() || trial.misfit) return fit;
+  if (!trial.converged) return with_ambiguity(fit, trial);
   for (std::size_t k = 0; k < starts.size(); ++k) {
-    if (!objection(trial, k).empty()) return fit;
+    if (!objection(trial, k).empty()) return with_ambiguity(fit, trial);
   }
   image = std::move(trial_image);
   return trial;
@@ -219,12 +239,22 @@ void measure_group(const SpotImage& whole, std::vector<GaussianSpot> starts, Spo
   }
 }
 
+// Light is never negative: where the background lies below the dark, the dark is too high, and shot noise counts from
+// the background. @return what was taken off
+double lift_background(SpotImage& image) {
+  const double below_e = std::min(0.0, image.background_e);
+  for (double& v : image.net_e) v -= below_e;
+  image.background_e -= below_e;
+  return below_e;
+}
+
 }  // namespace
 
 double Spot::sigma_px() const { return std::sqrt(0.5 * covariance_px2.trace()); }
 
 SpotsInFrame find_spots(SpotImage image, SpotMethod method) {
   SpotsInFrame out;
+  const double lifted_e = lift_background(image);
   out.hot_pixels = mark_hot_pixels(image);
   fill_hot_pixels(image);
   const std::vector<SpotCandidate> candidates = detect_spots(image);
@@ -240,6 +270,7 @@ SpotsInFrame find_spots(SpotImage image, SpotMethod method) {
   }
   std::stable_sort(out.spots.begin(), out.spots.end(),
                    [](const Spot& a, const Spot& b) { return a.flux_e > b.flux_e; });
+  for (Spot& s : out.spots) s.background_e += lifted_e;
   for (std::size_t i = 1; i < out.spots.size(); ++i) out.spots[i].flags |= kSpotSecondary;
   return out;
 }

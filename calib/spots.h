@@ -69,7 +69,9 @@ struct SpotsInFrame {
 };
 
 /// Finds the specular spots of a frame and their centroids. Candidates narrower than a spot can be are dropped as hot
-/// pixels, candidates whose fit fails or whose flux is below five sigma are dropped and named.
+/// pixels, candidates whose fit fails or whose flux is below five sigma are dropped and named. Where the background lies
+/// below the dark, the dark is too high, and shot noise counts from the background. A misfit that a second spot within
+/// two standard deviations would explain, though not how the two share the light, widens sigma to span both.
 SpotsInFrame find_spots(SpotImage image, SpotMethod method);
 
 }  // namespace scatmap::calib

@@ -66,6 +66,8 @@ constexpr Mask kFilled = kHot | kBad | kNoData;
 
 struct Neighbours {
   double median = 0;  // of up to eight
+  // Of the four that share an edge. The lowest of three or more is left out: beside a dead pixel the light of a spot
+  // would pass for a hot pixel.
   double cross_mean = 0;
   int cross_count = 0;
 };
@@ -74,7 +76,7 @@ Neighbours neighbours_of(const SpotImage& image, int row, int column) {
   std::array<double, 8> all{};
   std::size_t count = 0;
   Neighbours out;
-  double sum = 0;
+  double sum = 0, lowest = HUGE_VAL;
   for (int dr = -1; dr <= 1; ++dr) {
     for (int dc = -1; dc <= 1; ++dc) {
       const int r = row + dr, c = column + dc;
@@ -83,6 +85,7 @@ Neighbours neighbours_of(const SpotImage& image, int row, int column) {
       all[count++] = image.net_e(r, c);
       if (dr != 0 && dc != 0) continue;
       sum += image.net_e(r, c);
+      lowest = std::min(lowest, image.net_e(r, c));
       ++out.cross_count;
     }
   }
@@ -91,6 +94,10 @@ Neighbours neighbours_of(const SpotImage& image, int row, int column) {
   const auto end = all.begin() + static_cast<std::ptrdiff_t>(count);
   std::nth_element(all.begin(), middle, end);
   out.median = count % 2 == 1 ? *middle : 0.5 * (*middle + *std::max_element(all.begin(), middle));
+  if (out.cross_count >= 3) {
+    sum -= lowest;
+    --out.cross_count;
+  }
   if (out.cross_count > 0) out.cross_mean = sum / out.cross_count;
   return out;
 }

@@ -214,22 +214,23 @@ ResidualImage residual_image(const std::vector<FitPixel>& pixels, const Model& m
   return out;
 }
 
-// Stands out while its four neighbours do not follow.
+// Stands out, up or down, while its four neighbours do not follow.
 bool stands_alone(const Grid<double>& sigmas, int row, int column) {
   constexpr double kNeighbourShare = 0.2;
-  const double value = sigmas(row, column);
+  const double sign = std::copysign(1.0, sigmas(row, column)), value = sign * sigmas(row, column);
   if (!(value > kHotPixelSigmas)) return false;
   double sum = 0, count = 0;
   for (const double n :
        {sigmas(row - 1, column), sigmas(row + 1, column), sigmas(row, column - 1), sigmas(row, column + 1)}) {
     if (!std::isfinite(n)) continue;
-    sum += n;
+    sum += sign * n;
     count += 1;
   }
   return count >= 2 && sum < kNeighbourShare * value * count;
 }
 
-// Residuals that stand alone are hot pixels or cosmic hits. Many of them are none: then the light is no Gaussian.
+// Residuals that stand alone are hot or dead pixels or cosmic hits. Many of them are none: then the light is no
+// Gaussian.
 std::size_t drop_hot(SpotImage& image, std::vector<FitPixel>& pixels, const Model& model) {
   const ResidualImage rest = residual_image(pixels, model);
   const auto hot = [&](const FitPixel& p) {
@@ -290,7 +291,12 @@ constexpr double kMisfitSigmas = 5;  // of the scatter of chi2
 }  // namespace
 
 Eigen::Matrix2d SpotFit::centre_covariance(std::size_t spot) const {
-  return covariance.block<2, 2>(static_cast<Index>(spot) * kSpotParameters, static_cast<Index>(spot) * kSpotParameters);
+  const auto at = static_cast<Index>(spot) * kSpotParameters;
+  return covariance.block<2, 2>(at, at) + ambiguity_of(spot);
+}
+
+Eigen::Matrix2d SpotFit::ambiguity_of(std::size_t spot) const {
+  return spot < ambiguity_px2.size() ? ambiguity_px2[spot] : Eigen::Matrix2d::Zero();
 }
 
 SpotFit fit_spots(SpotImage& image, std::vector<GaussianSpot> start) {

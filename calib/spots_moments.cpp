@@ -128,11 +128,33 @@ Eigen::Vector2d sampling_error(const SpotFit& fit, std::size_t spot, std::vector
   return -m.slope.inverse() * m.first;
 }
 
-// The fit and the pixels it fills go wrong together, so their standard deviations add, not their variances; and what is
-// filled from the fit is no better known than the fit.
-Eigen::Matrix2d with_filling(const Eigen::Matrix2d& measured, const Eigen::Matrix2d& of_fit,
-                             const Eigen::Matrix2d& fitted) {
-  const Eigen::Matrix2d filled = of_fit * fitted * of_fit.transpose();
+// By how much the first moment changes with every parameter of the fit: the spot's own centre through the pixels that
+// are filled, those of other spots through the light that is taken off.
+Eigen::MatrixXd slope_by_fit(const SpotFit& fit, std::size_t spot, const std::vector<WindowPixel>& pixels,
+                             const GaussianSpot& window, const Eigen::Vector2d& centre, const Moments& moments) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(2, fit.covariance.cols());
+  const auto first_of = [](std::size_t k) { return static_cast<Eigen::Index>(k) * kSpotParameters; };
+  out.middleCols<2>(first_of(spot)) = moments.filled_slope;
+  const Eigen::Matrix2d inverse = window.covariance_px2().inverse();
+  for (std::size_t k = 0; k < fit.spots.size(); ++k) {
+    if (k == spot) continue;
+    const PixelGaussian other(fit.spots[k]);
+    for (const WindowPixel& p : pixels) {
+      const Eigen::Vector2d d = p.at - centre;
+      const double distance2 = d.dot(inverse * d);
+      if (p.filled || distance2 > kWindowReach * kWindowReach) continue;
+      const PixelExpectation e = other.at(static_cast<int>(p.at.x()), static_cast<int>(p.at.y()));
+      const Eigen::Map<const Eigen::Matrix<double, 1, kSpotParameters>> gradient(e.gradient.data());
+      out.middleCols<kSpotParameters>(first_of(k)) -= std::exp(-0.5 * distance2) * d * gradient;
+    }
+  }
+  return out;
+}
+
+// The fit and what is taken from it, filled pixels and other spots' light, go wrong together, so their standard
+// deviations add, not their variances; and what comes from the fit is no better known than the fit.
+Eigen::Matrix2d with_fit(const Eigen::Matrix2d& measured, const Eigen::Matrix2d& filled,
+                         const Eigen::Matrix2d& fitted) {
   const double share = filled.trace() / measured.trace();
   if (!(share > 0)) return measured;
   const double together = (1 + std::sqrt(share)) * (1 + std::sqrt(share)) / (1 + share);
@@ -159,11 +181,13 @@ CentroidMoments windowed_centroid(const SpotImage& image, const SpotFit& fit, st
   }
   const Moments m = moments_in(pixels, window, centre);
   const Eigen::Matrix2d inverse = m.slope.inverse();
+  const Eigen::MatrixXd by_fit = inverse * slope_by_fit(fit, spot, pixels, window, centre, m);
   centre -= sampling_error(fit, spot, pixels, window, centre);
   out.column_px = centre.x();
   out.row_px = centre.y();
-  out.covariance_px2 =
-      with_filling(inverse * m.noise * inverse.transpose(), inverse * m.filled_slope, fit.centre_covariance(spot));
+  out.covariance_px2 = with_fit(inverse * m.noise * inverse.transpose(), by_fit * fit.covariance * by_fit.transpose(),
+                                fit.centre_covariance(spot)) +
+                       fit.ambiguity_of(spot);
   out.filled_share = m.filled_sum / m.sum;
   return out;
 }

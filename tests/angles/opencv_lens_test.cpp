@@ -121,6 +121,34 @@ TEST(OpencvLens, BeyondTheFoldThereIsNoRay) {
   EXPECT_EQ(none, 2 * (500 - 384));
 }
 
+// x' = x − x³/2 + x⁵/10 folds back at x = 1, where x' = 0.6, and grows again from √2 on, without end: what is met there
+// is no ray of the lens.
+TEST(OpencvLens, BeyondTheFoldASecondBranchIsNoRay) {
+  const OpencvLens lens{1000, 1000, 1000, 0, {-0.5, 0.1}};
+  Rays rays(2001);
+  unproject_row(lens, 0, {0, 2001}, rays.row());
+  for (int c = 0; c < 2001; ++c) {
+    const double away = std::abs(c - 1000.0), x = rays.x[static_cast<std::size_t>(c)];
+    if (away == 600) continue;  // on the fold
+    EXPECT_EQ(std::isnan(x), away > 600) << c;
+    if (away < 600) {
+      EXPECT_LE(std::abs(x), 1) << c;
+    }
+  }
+}
+
+// The denominator 1 − 2 r² + r⁶/4 is 0 at r = 0.719 and positive again beyond r = 1.59.
+TEST(OpencvLens, BehindAPoleOfTheDenominatorIsNoRay) {
+  const OpencvLens lens{100, 100, 1000, 0, {0, 0, 0, 0, 0, -2, 0, 0.25}};
+  Rays rays(2001);
+  unproject_row(lens, 0, {0, 2001}, rays.row());
+  for (int c = 0; c < 2001; ++c) {
+    const double x = rays.x[static_cast<std::size_t>(c)];
+    EXPECT_LE(std::abs(x), 0.74) << c;  // NaN fails: up to the pole every pixel has its ray
+    EXPECT_LE(std::abs(static_cast<double>(project(lens, x, 0).column) - c), 1e-11) << c;
+  }
+}
+
 TEST(OpencvLens, AnglesAreThoseOfTheRays) {
   const OpencvLens lens = strong();
   Matrix3<double> turn = rotation_y<double>(1.2) * rotation_x<double>(0.4);

@@ -11,9 +11,9 @@
 #include "scatmap/angles/lens.h"
 #include "scatmap/angles/opencv_lens.h"
 #include "scatmap/base/error.h"
-#include "scatmap/base/number_text.h"
 #include "scatmap/base/output_file.h"
 #include "tools/chart/error_sample.h"
+#include "tools/chart/lens_truth.h"
 #include "tools/chart/timing.h"
 
 namespace scatmap::tools {
@@ -26,18 +26,6 @@ OpencvLens chart_lens_of(int size) {
   const double scale = static_cast<double>(size) / kSize;
   return {
       1100 * scale, 1090 * scale, 510.3 * scale, 520.7 * scale, {-0.25, 0.06, 1e-3, -2e-3, 0.01, 0.02, -0.01, 0.004}};
-}
-
-struct Point {
-  long double column, row;
-};
-
-Point projected(const OpencvLens& l, long double x, long double y) {
-  const auto& k = l.k;
-  const long double r2 = x * x + y * y;
-  const long double radial = (1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / (1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])));
-  return {l.fx * (x * radial + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x)) + l.cx,
-          l.fy * (y * radial + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y) + l.cy};
 }
 
 class LensChart {
@@ -83,14 +71,7 @@ class LensChart {
     const OpencvLens lens = chart_lens_of(kMrcalSize);
     const std::filesystem::path file =
         std::filesystem::temp_directory_path() / ("scatmap-chart-" + std::to_string(getpid()) + ".cameramodel");
-    std::string intrinsics;
-    for (const double v : {lens.fx, lens.fy, lens.cx, lens.cy}) intrinsics += number_text(v) + ", ";
-    for (std::size_t i = 0; i < 8; ++i) intrinsics += number_text(lens.k[i]) + ", ";
-    const std::string size = std::to_string(kMrcalSize);
-    write_text_file(file,
-                    "{ 'lensmodel': 'LENSMODEL_OPENCV8', 'extrinsics': [0, 0, 0, 0, 0, 0], 'intrinsics': [" +
-                        intrinsics + "], 'imagersize': [" + size + ", " + size + "] }\n",
-                    Overwrite::kForce);
+    write_text_file(file, cameramodel_of(lens, kMrcalSize, kMrcalSize), Overwrite::kForce);
     const std::optional<ChartRow> row = mrcal_row(lens, file);
     std::filesystem::remove(file);
     return row;
@@ -142,8 +123,8 @@ class LensChart {
     ErrorSample px;
     for (int r = 0; r < kSize; r += 3) {
       for (int c = 0; c < kSize; ++c) {
-        const Point p = projected(lens_, x_(r, c), y_(r, c));
-        px.add(static_cast<double>(std::hypot(p.column - c, p.row - r)), c, r);
+        const LensPoint p = projected(lens_, x_(r, c), y_(r, c));
+        px.add(static_cast<double>(std::hypot(p.x - c, p.y - r)), c, r);
       }
     }
     put(px, row);
@@ -168,8 +149,8 @@ class LensChart {
     for (int r = 0; r < kMrcalSize; ++r) {
       for (int c = 0; c < kMrcalSize; ++c) {
         const Vector3<double>& ray = rays->direction(r, c);
-        const Point p = projected(lens, ray.x() / ray.z(), ray.y() / ray.z());
-        px.add(static_cast<double>(std::hypot(p.column - c, p.row - r)), c, r);
+        const LensPoint p = projected(lens, ray.x() / ray.z(), ray.y() / ray.z());
+        px.add(static_cast<double>(std::hypot(p.x - c, p.y - r)), c, r);
       }
     }
     put(px, row);

@@ -30,18 +30,23 @@ struct StabilityCell {
   /// The same for a step of one standard uncertainty of a plain bench: 1 where the method follows its inputs.
   double amplification_sigma = std::numeric_limits<double>::quiet_NaN();
   Verdict verdict = Verdict::kFails;
-  std::string reason;  ///< of a refusal, a fallback or a failure
+  std::string reason;  ///< of a refusal, a fallback, a failure, or of amplifications that are not there
 };
 
 std::vector<StabilityCell> stability_angles();
 std::vector<StabilityCell> stability_inverse();
+std::vector<StabilityCell> stability_lens();
 std::vector<StabilityCell> stability_model();
 std::vector<StabilityCell> stability_brdf();
 std::vector<StabilityCell> stability_calibrate();
 std::vector<StabilityCell> stability_uncertainty();
+std::vector<StabilityCell> stability_spots();
 
-/// Every method in every regime. Takes about a minute.
+/// Every method in every regime. Takes about 20 s.
 std::vector<StabilityCell> stability_matrix();
+
+/// The matrix is good unless a cell FAILS. @throws Error that counts them and names the first
+void require_no_failure(const std::vector<StabilityCell>& cells);
 
 /// Table for people, one line per cell.
 std::string stability_text(const std::vector<StabilityCell>& cells);

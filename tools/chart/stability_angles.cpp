@@ -10,6 +10,7 @@
 #include "tools/chart/angle_regimes.h"
 #include "tools/chart/scene.h"
 #include "tools/chart/stability.h"
+#include "tools/chart/stability_large.h"
 
 namespace scatmap::tools {
 namespace {
@@ -200,6 +201,7 @@ std::vector<StabilityCell> stability_angles() {
   for (const AngleRegime& regime : angle_regimes()) {
     for (const Method& method : methods()) out.push_back(cell_of(regime, method));
   }
+  for (const StabilityCell& cell : large_angles()) out.push_back(cell);
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
@@ -216,6 +217,27 @@ std::pair<double, std::string> judged(const BrdfMap& map, const Bench& b) {
   return {worst, ""};
 }
 
+// Largest relative change of the answer over that of the truth when the sample's exposure and density move by
+// `step(value)`: down, for a density may be the largest there is.
+template <class Step>
+double amplification(const Bench& b, const Method& method, const BrdfMap& map, Step step) {
+  Bench moved = b;
+  for (double* v : {&moved.exposure_s, &moved.od}) *v = step(*v);
+  const PrivateFolder folder;
+  const BrdfMap after = method.map(read_measurement(written(moved, folder.path())));
+  double answer = 0, truth = 0;
+  for (int row = 0; row < kRows; ++row) {
+    for (int column = 0; column < kColumns; ++column) {
+      const auto from = expected(b, row, column), to = expected(moved, row, column);
+      if (!from || !to || *from == 0 || map.mask(row, column) != 0 || after.mask(row, column) != 0) continue;
+      const auto scale = static_cast<double>(std::abs(*from));
+      truth = std::max(truth, static_cast<double>(std::abs(*to - *from)) / scale);
+      answer = std::max(answer, std::abs(after.brdf_per_sr(row, column) - map.brdf_per_sr(row, column)) / scale);
+    }
+  }
+  return truth > 0 ? answer / truth : std::numeric_limits<double>::quiet_NaN();
+}
+
 bool some_pixel_expected(const Bench& b) {
   for (const int v : b.signature) {
     if (v >= 60000) return false;
@@ -239,6 +261,8 @@ StabilityCell cell_of(const Regime& regime, const Method& method) {
     const BrdfMap map = method.map(read_measurement(written(regime.bench, folder.path())));
     std::tie(cell.worst_error, cell.reason) = judged(map, regime.bench);
     if (cell.reason.empty() && cell.worst_error <= cell.bound) cell.verdict = Verdict::kHolds;
+    cell.amplification_ulp = amplification(regime.bench, method, map, [](double v) { return std::nextafter(v, 0.0); });
+    cell.amplification_sigma = amplification(regime.bench, method, map, [](double v) { return v * (1 - 1e-3); });
   } catch (const Error& e) {
     cell.reason = e.what();
     const std::string prefix = folder.path().string() + "/";

@@ -222,7 +222,8 @@ StabilityCell cell_of(const Regime& regime, const Method& method) {
     }
     if (cell.worst_error <= kBound && !regime.must_refuse) cell.verdict = Verdict::kHolds;
     if (!r.observability.blind.empty())
-      cell.reason = "says that it is blind to " + std::to_string(r.observability.blind.size()) + " combinations";
+      cell.reason = "says that it is blind to " + std::to_string(r.observability.blind.size()) + " combinations; ";
+    cell.reason += "amplification: none, the error is counted in what the inputs' own sigmas make of it";
   } catch (const Error& e) {
     cell.reason = e.what();
     cell.verdict = regime.must_refuse ? Verdict::kRefuses : Verdict::kFails;

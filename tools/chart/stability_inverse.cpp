@@ -8,6 +8,7 @@
 #include "tools/chart/angle_regimes.h"
 #include "tools/chart/scene.h"
 #include "tools/chart/stability.h"
+#include "tools/chart/stability_large.h"
 
 namespace scatmap::tools {
 namespace {
@@ -96,6 +97,7 @@ std::vector<StabilityCell> stability_inverse() {
       out.push_back(cell);
     }
   }
+  for (const StabilityCell& cell : large_inverse()) out.push_back(cell);
   return out;
 }
 

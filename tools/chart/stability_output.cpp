@@ -55,6 +55,7 @@ constexpr const char* kLegend[] = {
 
 std::string cell_text(const StabilityCell& c) {
   if (c.verdict == Verdict::kRefuses) return "refuses";
+  if (c.verdict == Verdict::kFallsBack && std::isnan(c.worst_error)) return "falls back";
   return short_number(c.worst_error) + (std::isnan(c.bound) ? "" : " / " + short_number(c.bound));
 }
 
@@ -103,7 +104,7 @@ Plot stability_plot(const std::vector<StabilityCell>& cells, const std::string& 
   const auto regimes = in_order(cells, job, [](const StabilityCell& c) { return c.regime; });
   const auto methods = in_order(cells, job, [](const StabilityCell& c) { return c.method; });
   Plot plot;
-  plot.width_px = std::max(760, 420 + 150 * static_cast<int>(methods.size()));
+  plot.width_px = std::max(860, 420 + 150 * static_cast<int>(methods.size()));
   plot.height_px = 146 + 26 * static_cast<int>(regimes.size());
   std::string& s = plot.script;
   s = "unset border\nunset key\nset lmargin at screen " + number_text(380.0 / plot.width_px) +
@@ -118,7 +119,7 @@ Plot stability_plot(const std::vector<StabilityCell>& cells, const std::string& 
          number_text((30.0 - 16.0 * line) / plot.height_px) + " center font ',10' tc rgb '#606060' noenhanced\n";
   for (std::size_t m = 0; m < methods.size(); ++m)
     s += "set label " + gnuplot_text(methods[m]) + " at " + number_text(static_cast<double>(m) + 0.5) +
-         ",-0.5 center font ',12'\n";
+         ",-0.5 center font ',12' noenhanced\n";
   for (std::size_t r = 0; r < regimes.size(); ++r)
     s += "set label " + gnuplot_text(regimes[r]) + " at -0.04," + number_text(static_cast<double>(r) + 0.5) +
          " right font ',11' noenhanced\n";

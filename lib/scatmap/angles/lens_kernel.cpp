@@ -1,6 +1,8 @@
 #include "scatmap/angles/lens_kernel.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "scatmap/base/arctangent.h"
 
@@ -95,7 +97,37 @@ LensStep newton_step(const OpencvLens& l, double column, double row, double x, d
   const double ex = wanted_x - d.x, ey = wanted_y - d.y, inverse = 1 / (d.xx * d.yy - d.xy * d.yx);
   const double nx = x + (d.yy * ex - d.xy * ey) * inverse, ny = y + (d.xx * ey - d.yx * ex) * inverse;
   const Distorted at = distort(l, nx, ny);
-  return {nx, ny, unfolded(at), std::hypot((wanted_x - at.x) * l.fx, (wanted_y - at.y) * l.fy)};
+  constexpr double kUnit = std::numeric_limits<double>::epsilon();
+  const double rounding_x = kUnit * (std::abs(at.xx * nx) + std::abs(at.xy * ny)),
+               rounding_y = kUnit * (std::abs(at.yx * nx) + std::abs(at.yy * ny));
+  return {nx, ny, unfolded(at), std::hypot((wanted_x - at.x) * l.fx, (wanted_y - at.y) * l.fy),
+          std::hypot(rounding_x * l.fx, rounding_y * l.fy)};
+}
+
+namespace {
+
+double denominator(const OpencvLens& l, double r2) { return 1 + r2 * (l.k[5] + r2 * (l.k[6] + r2 * l.k[7])); }
+
+}  // namespace
+
+double unfolded_at(const OpencvLens& l, double x, double y) {
+  return denominator(l, x * x + y * y) > 0 ? unfolded(distort(l, x, y)) : -1;
+}
+
+SCATMAP_CLONES void run_least_stretch(const OpencvLens& lens, std::size_t n, const double* __restrict radius,
+                                      double* __restrict stretch) {
+  OpencvLens radial = lens;
+  for (const std::size_t i : {2, 3, 8, 9, 10, 11}) radial.k[i] = 0;
+  const double tangential = 6 * (std::abs(lens.k[2]) + std::abs(lens.k[3]));
+  const double prism = 2 * std::abs(lens.k[8]) + 2 * std::abs(lens.k[10]),
+               prism2 = 4 * std::abs(lens.k[9]) + 4 * std::abs(lens.k[11]);
+  const double k4 = lens.k[5], k5 = lens.k[6], k6 = lens.k[7];
+  for (std::size_t i = 0; i < n; ++i) {
+    const double r = radius[i], r2 = r * r;
+    const Distorted d = distort(radial, r, 0);
+    const double least = (d.xx < d.yy ? d.xx : d.yy) - r * (tangential + prism + prism2 * r2);
+    stretch[i] = 1 + r2 * (k4 + r2 * (k5 + r2 * k6)) > 0 ? least : -1;
+  }
 }
 
 }  // namespace scatmap::kernel

@@ -22,10 +22,18 @@ void run_unproject_near(const OpencvLens& lens, double row, double first_column,
 void run_ray_angles(const double (&matrix)[9], std::size_t n, const double* x, const double* y, double* theta,
                     double* phi, double* z);
 
-/// One step more from (x, y), for the pixels that need it.
+/// One step more from (x, y), for the pixels that need it. rounding_px: as far as a unit in the last places of x and y
+/// moves the pixel.
 struct LensStep {
   double x, y, determinant, residual_px;
+  double rounding_px = 0;
 };
 LensStep newton_step(const OpencvLens& lens, double column, double row, double x, double y);
+
+/// `determinant` at (x, y); not positive either where a denominator has passed 0.
+double unfolded_at(const OpencvLens& lens, double x, double y);
+/// Bounds from below of the lens's stretch in any direction at any point at n distances from the axis: the least
+/// eigenvalue of its Jacobian's symmetric part. The lens is one to one on every disc where it is positive.
+void run_least_stretch(const OpencvLens& lens, std::size_t n, const double* radius, double* stretch);
 
 }  // namespace scatmap::kernel

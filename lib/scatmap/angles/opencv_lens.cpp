@@ -19,28 +19,91 @@ struct Part {
 // Less than the bound: the residual itself is rounded.
 constexpr double kAccepted_px = 0.7 * kLensMaxError_px;
 
-double allowed_px(const OpencvLens& lens, double column, double row) {
+bool meets(const OpencvLens& lens, double column, double row, const kernel::LensStep& at) {
   constexpr double kUnits = 4 * std::numeric_limits<double>::epsilon();
-  return std::max(kAccepted_px, kUnits * (std::abs(column - lens.cx) + std::abs(row - lens.cy)));
+  const double position_px = kUnits * (std::abs(column - lens.cx) + std::abs(row - lens.cy));
+  return at.residual_px <= std::max({kAccepted_px, position_px, 2 * at.rounding_px});
+}
+
+// Tangent of twice the angle: distances from the axis in even steps of the angle of view.
+double tangent_of_double(double tangent) { return 2 * tangent / (1 - tangent * tangent); }
+double tangent_of_half(double tangent) { return tangent / (1 + std::sqrt(1 + tangent * tangent)); }
+
+// Unfolded all the way from the lens's axis.
+bool on_first_branch(const OpencvLens& lens, double x, double y) {
+  const double radius = std::hypot(x, y);
+  if (!(radius > 0)) return kernel::unfolded_at(lens, x, y) > 0;
+  const double half = tangent_of_half(radius);
+  for (int i = 1; i <= kLensFoldSteps; ++i) {
+    const double share = tangent_of_double(half * i / kLensFoldSteps) / radius;
+    if (!(kernel::unfolded_at(lens, share * x, share * y) > 0)) return false;
+  }
+  return true;
+}
+
+// Newton steps from a start until the pixel is met.
+kernel::LensStep stepped(const OpencvLens& lens, double column, double row, kernel::LensStep at, int most) {
+  for (int i = 0; i < most && !meets(lens, column, row, at) && std::isfinite(at.x) && std::isfinite(at.y); ++i)
+    at = kernel::newton_step(lens, column, row, at.x, at.y);
+  return at;
+}
+
+// By way of the pixels between the lens's centre and this one: what Newton's method jumps over it cannot miss.
+kernel::LensStep followed(const OpencvLens& lens, double column, double row) {
+  constexpr int kNear = 3, kLast = 30;
+  kernel::LensStep at{0, 0, 1, HUGE_VAL};
+  for (int i = 1; i <= kLensFoldSteps && kernel::unfolded_at(lens, at.x, at.y) > 0; ++i) {
+    const double share = static_cast<double>(i) / kLensFoldSteps;
+    const double c = lens.cx + share * (column - lens.cx), r = lens.cy + share * (row - lens.cy);
+    at.residual_px = HUGE_VAL;
+    at = stepped(lens, c, r, at, i < kLensFoldSteps ? kNear : kLast);
+  }
+  return at;
 }
 
 // Steps until the pixel is met; NaN if it never is, or only where the lens's image folds back.
 void finish(const OpencvLens& lens, double column, double row, std::size_t i, Part& part) {
-  const double allowed = allowed_px(lens, column, row);
-  double x = part.x[i], y = part.y[i], determinant = part.determinant[i], residual = part.residual_px[i];
   constexpr int kMost = 30;
-  for (int step = 0; step < kMost && !(residual <= allowed) && std::isfinite(x) && std::isfinite(y); ++step) {
-    const kernel::LensStep next = kernel::newton_step(lens, column, row, x, y);
-    x = next.x;
-    y = next.y;
-    determinant = next.determinant;
-    residual = next.residual_px;
-  }
-  const bool found = residual <= allowed && determinant > 0;
-  part.x[i] = found ? x : kNaN;
-  part.y[i] = found ? y : kNaN;
-  part.determinant[i] = determinant;
+  const auto found = [&](const kernel::LensStep& s) {
+    return meets(lens, column, row, s) && s.determinant > 0 && on_first_branch(lens, s.x, s.y);
+  };
+  kernel::LensStep at =
+      stepped(lens, column, row, {part.x[i], part.y[i], part.determinant[i], part.residual_px[i]}, kMost);
+  if (!found(at)) at = followed(lens, column, row);
+  const bool good = found(at);
+  part.x[i] = good ? at.x : kNaN;
+  part.y[i] = good ? at.y : kNaN;
+  part.determinant[i] = at.determinant;
 }
+
+// A disc about the axis that is known to be unfolded; it is made anew when rays leave it.
+class UnfoldedDisc {
+ public:
+  explicit UnfoldedDisc(const OpencvLens& lens) : lens_(lens) {}
+
+  bool holds(double radius) {
+    if (radius <= radius_) return true;
+    if (radius >= beyond_ || !std::isfinite(radius)) return false;
+    constexpr double kMargin = 1.1;  // so that the next part of a row asks for no more
+    const double half = tangent_of_half(kMargin * radius);
+    std::array<double, kLensFoldSteps> r, stretch;
+    for (std::size_t i = 0; i < r.size(); ++i)
+      r[i] = tangent_of_double(half * static_cast<double>(i + 1) / kLensFoldSteps);
+    kernel::run_least_stretch(lens_, r.size(), r.data(), stretch.data());
+    for (std::size_t i = 0; i < r.size(); ++i) {
+      if (!(stretch[i] > 0)) {
+        beyond_ = r[i];
+        break;
+      }
+      radius_ = std::max(radius_, r[i]);
+    }
+    return radius <= radius_;
+  }
+
+ private:
+  const OpencvLens& lens_;
+  double radius_ = 0, beyond_ = HUGE_VAL;
+};
 
 // One ray to a thousandth of what near starts need; nullopt where it does not come about.
 std::optional<kernel::LensStep> solved(const OpencvLens& lens, double column, double row, double x, double y) {
@@ -71,14 +134,30 @@ std::optional<kernel::LensStart> near_start(const OpencvLens& lens, int row, int
                            a->y, slope(a->y, b->y, c->y), bend(a->y, b->y, c->y)};
 }
 
-void unproject_part(const OpencvLens& lens, int row, int first, std::size_t n, Part& part) {
+// Distance from the axis, of the rays that there are.
+double farthest(const Part& part, std::size_t n) {
+  std::array<double, 8> most2{};  // side by side: one maximum after the other would take as long as the rays
+  std::size_t i = 0;
+  for (; i + most2.size() <= n; i += most2.size()) {
+    for (std::size_t k = 0; k < most2.size(); ++k) {
+      const double r2 = part.x[i + k] * part.x[i + k] + part.y[i + k] * part.y[i + k];
+      most2[k] = most2[k] < r2 ? r2 : most2[k];
+    }
+  }
+  for (; i < n; ++i) most2[0] = std::max(most2[0], part.x[i] * part.x[i] + part.y[i] * part.y[i]);
+  return std::sqrt(*std::max_element(most2.begin(), most2.end()));
+}
+
+void unproject_part(const OpencvLens& lens, UnfoldedDisc& disc, int row, int first, std::size_t n, Part& part) {
   const kernel::LensStart far{(first - lens.cx) / lens.fx, 1 / lens.fx, 0, (row - lens.cy) / lens.fy, 0, 0};
   const auto near = near_start(lens, row, first, n);
   (near ? kernel::run_unproject_near : kernel::run_unproject_far)(lens, row, first, near ? *near : far, n,
                                                                   part.x.data(), part.y.data(), part.determinant.data(),
                                                                   part.residual_px.data());
+  const bool unfolded = disc.holds(farthest(part, n));
   for (std::size_t i = 0; i < n; ++i) {
-    if (!(part.residual_px[i] <= kAccepted_px && part.determinant[i] > 0))
+    const bool met = part.residual_px[i] <= kAccepted_px && part.determinant[i] > 0;
+    if (!met || !(unfolded || disc.holds(std::hypot(part.x[i], part.y[i]))))
       finish(lens, first + static_cast<double>(i), row, i, part);
   }
 }
@@ -138,8 +217,9 @@ std::optional<OpencvLens> opencv_lens(std::string_view model, std::span<const do
 
 void unproject_row(const OpencvLens& lens, int row, ColumnRange columns, const LensRow& out) {
   Part part;
+  UnfoldedDisc disc(lens);
   for_parts(columns, [&](int first, std::size_t n, std::size_t at) {
-    unproject_part(lens, row, first, n, part);
+    unproject_part(lens, disc, row, first, n, part);
     std::copy_n(part.x.begin(), n, out.x.data() + at);
     std::copy_n(part.y.begin(), n, out.y.data() + at);
     if (out.solid_angle_sr.empty()) return;
@@ -152,8 +232,9 @@ void lens_angle_row(const OpencvLens& lens, const Matrix3<double>& m, int row, C
   const double matrix[9] = {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
   Part part;
   RayAngles angles;
+  UnfoldedDisc disc(lens);
   for_parts(columns, [&](int first, std::size_t n, std::size_t at) {
-    unproject_part(lens, row, first, n, part);
+    unproject_part(lens, disc, row, first, n, part);
     kernel::run_ray_angles(matrix, n, part.x.data(), part.y.data(), angles.theta.data(), angles.phi.data(),
                            angles.z.data());
     write_part(lens, part, angles, n, at, out);

@@ -29,7 +29,9 @@ struct LensRow {
 };
 
 /// Rays of a row of pixels by Newton's method, in vector instructions, then one by one where that has not converged;
-/// NaN where the lens has no answer on its unfolded side. Error: the ray projects onto the pixel within
+/// NaN where the lens has no answer on its unfolded side: between its axis and the first place where its image folds
+/// back or a denominator passes 0, looked for in kLensFoldSteps steps of
+/// angle. Error: the ray projects onto the pixel within
 /// kLensMaxError_px.
 void unproject_row(const OpencvLens& lens, int row, ColumnRange columns, const LensRow& out);
 
@@ -39,7 +41,9 @@ void unproject_row(const OpencvLens& lens, int row, ColumnRange columns, const L
 void lens_angle_row(const OpencvLens& lens, const Matrix3<double>& sample_from_camera, int row, ColumnRange columns,
                     const AngleRow<double>& out);
 
-/// Or four units in the last place of the pixel position's distance from the centre, where that is more.
+/// Or four units in the last place of the pixel position's distance from the centre, or what two units in the last
+/// places of the ray move it by, where that is more.
 inline constexpr double kLensMaxError_px = 1e-12;
+inline constexpr int kLensFoldSteps = 64;
 
 }  // namespace scatmap
