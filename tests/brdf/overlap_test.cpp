@@ -143,6 +143,41 @@ TEST(Overlap, ANonlinearSensorIsConsideredInTheCovariance) {
   EXPECT_GT(std::abs(claimed) / kTrials, 0.5);  // and it matters here
 }
 
+// What photons do on average, and no read noise.
+World without_noise(const Optics& s) {
+  World w = world(s, 1);
+  const double transmittance[] = {std::pow(10, -s.true_od[0]), std::pow(10, -s.true_od[1]), 1};
+  for (std::size_t e = 0; e < w.counts.size(); ++e) {
+    Counts& c = w.counts[e];
+    for (int r = 0; r < kSide; ++r) {
+      for (int k = 0; k < kSide; ++k) {
+        const double mean = unfiltered_e(r, k) * transmittance[e];
+        c.rate_dn_per_s(r, k) = mean * (1 + s.curvature * mean / kFull_e) / kGain;
+        c.frame_floor(r, k) = 1e-6f;
+        c.mask(r, k) = mean > kFull_e ? kSaturated : Mask{0};
+      }
+    }
+  }
+  return w;
+}
+
+// The ratio of two totals of N_a and N_b photons is known to sqrt(1/N_a + 1/N_b). The peak is cut off where an exposure
+// saturates, so that its flanks weigh.
+TEST(Overlap, SigmaOfARatioIsThatOfThePhotonsInBothOnTheFlanksOfAPeak) {
+  const World w = without_noise({{2, 1}, {2, 1}});
+  const OverlapSolution o = solve(w);
+  ASSERT_EQ(o.pairs.size(), 3u);
+  for (const OverlapPair& p : o.pairs) {
+    double of_a = 0, of_b = 0;
+    for (std::size_t i = 0; i < w.counts[0].mask.size(); ++i) {
+      if (w.counts[p.a].mask[i] != 0 || w.counts[p.b].mask[i] != 0) continue;
+      of_a += w.counts[p.a].rate_dn_per_s[i] * kGain;
+      of_b += w.counts[p.b].rate_dn_per_s[i] * kGain;
+    }
+    EXPECT_NEAR(p.u / std::sqrt(1 / of_a + 1 / of_b), 1, 2e-3) << "exposures " << p.a << " and " << p.b;
+  }
+}
+
 TEST(Overlap, WithoutCommonPixelsTheStatedToleranceStays) {
   Optics s{{2.05, 0.97}, {2, 1}};
   World w = world(s, 7);
