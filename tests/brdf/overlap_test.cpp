@@ -161,6 +161,24 @@ World without_noise(const Optics& s) {
   return w;
 }
 
+// With filters off by a tenth of their tolerances and by all of them: a pixel's level follows from its counts.
+TEST(Overlap, TheShareOfANonlinearSensorIsTheDifferenceQuotient) {
+  constexpr double kU = 0.01, kStep = 0.1;
+  for (const double off : {0.1, 1.0}) {
+    const auto with = [&](double z) {
+      Optics s{{2 + 0.1 * off, 1 - 0.05 * off}, {2, 1}};
+      s.curvature = -kU * z;
+      return solve(without_noise(s), kU);
+    };
+    const OverlapSolution up = with(kStep), down = with(-kStep), at = with(0);
+    for (int f = 0; f < 2; ++f) {
+      const double quotient = (up.shift[f] - down.shift[f]) / (2 * kStep);
+      EXPECT_NEAR(-at.covariance(f, 2) / quotient, 1, 5e-3) << "filter " << f << " off by " << off;
+      EXPECT_GE(std::abs(quotient), 3e-4);  // there is something to compare
+    }
+  }
+}
+
 // The ratio of two totals of N_a and N_b photons is known to sqrt(1/N_a + 1/N_b). The peak is cut off where an exposure
 // saturates, so that its flanks weigh.
 TEST(Overlap, SigmaOfARatioIsThatOfThePhotonsInBothOnTheFlanksOfAPeak) {

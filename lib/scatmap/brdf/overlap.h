@@ -12,7 +12,7 @@ namespace scatmap {
 /// Exposures that show the same light, the sample's or the beam's: only these can be compared.
 struct OverlapGroup {
   std::span<const ScaledCounts> exposures;  ///< with nominal factors
-  std::span<const double> level_per_unit;   ///< share of the linear range per map unit (0: no non-linearity)
+  std::span<const double> level_per_unit;   ///< share of the linear range per map unit, likewise (0: no non-linearity)
 };
 
 /// Two exposures compared on the pixels that are good in both.
