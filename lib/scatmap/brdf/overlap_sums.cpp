@@ -104,6 +104,8 @@ struct Accumulator {
     return of(a, c) - of(a, d) - of(b, c) + of(b, d);
   }
 
+  int part_of(std::size_t k, const Pixel& p) const { return p.predicted >= split[k] ? 1 : 0; }
+
   void pair_at(std::size_t k, const Pixel& p) {
     weight[k] = 0;
     const auto [a, b] = pairs[k];
@@ -117,11 +119,10 @@ struct Accumulator {
     const double w = mu / variance;
     weight[k] = w;
     Sums& s = sums[k];
-    const int part = mu >= split[k] ? 1 : 0;
+    const int part = part_of(k, p);
     const double level = (level_per_unit[a] - level_per_unit[b]) * p.own, allowed = u_nonlinearity * level * mu;
     s.a[part] += w * p.value[a];
     s.b[part] += w * p.value[b];
-    s.noise[part] += w * w * difference_covariance(p, pairs[k], pairs[k]);
     s.signal[part] += w * p.own;
     s.level[part] += w * p.own * level;
     s.pixels += 1;
@@ -136,8 +137,9 @@ struct Accumulator {
       if (weight[k] == 0) continue;
       for (std::size_t l = 0; l <= k; ++l) {
         if (weight[l] == 0) continue;
-        covariance_sum(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) +=
-            weight[k] * weight[l] * difference_covariance(p, pairs[k], pairs[l]);
+        const double added = weight[k] * weight[l] * difference_covariance(p, pairs[k], pairs[l]);
+        covariance_sum(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) += added;
+        if (l == k) sums[k].noise[part_of(k, p)] += added;
       }
     }
   }
