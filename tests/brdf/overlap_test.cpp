@@ -143,6 +143,59 @@ TEST(Overlap, ANonlinearSensorIsConsideredInTheCovariance) {
   EXPECT_GT(std::abs(claimed) / kTrials, 0.5);  // and it matters here
 }
 
+// What photons do on average, and no read noise.
+World without_noise(const Optics& s) {
+  World w = world(s, 1);
+  const double transmittance[] = {std::pow(10, -s.true_od[0]), std::pow(10, -s.true_od[1]), 1};
+  for (std::size_t e = 0; e < w.counts.size(); ++e) {
+    Counts& c = w.counts[e];
+    for (int r = 0; r < kSide; ++r) {
+      for (int k = 0; k < kSide; ++k) {
+        const double mean = unfiltered_e(r, k) * transmittance[e];
+        c.rate_dn_per_s(r, k) = mean * (1 + s.curvature * mean / kFull_e) / kGain;
+        c.frame_floor(r, k) = 1e-6f;
+        c.mask(r, k) = mean > kFull_e ? kSaturated : Mask{0};
+      }
+    }
+  }
+  return w;
+}
+
+// With filters off by a tenth of their tolerances and by all of them: a pixel's level follows from its counts.
+TEST(Overlap, TheShareOfANonlinearSensorIsTheDifferenceQuotient) {
+  constexpr double kU = 0.01, kStep = 0.1;
+  for (const double off : {0.1, 1.0}) {
+    const auto with = [&](double z) {
+      Optics s{{2 + 0.1 * off, 1 - 0.05 * off}, {2, 1}};
+      s.curvature = -kU * z;
+      return solve(without_noise(s), kU);
+    };
+    const OverlapSolution up = with(kStep), down = with(-kStep), at = with(0);
+    for (int f = 0; f < 2; ++f) {
+      const double quotient = (up.shift[f] - down.shift[f]) / (2 * kStep);
+      EXPECT_NEAR(-at.covariance(f, 2) / quotient, 1, 5e-3) << "filter " << f << " off by " << off;
+      EXPECT_GE(std::abs(quotient), 3e-4);  // there is something to compare
+    }
+  }
+}
+
+// The ratio of two totals of N_a and N_b photons is known to sqrt(1/N_a + 1/N_b). The peak is cut off where an exposure
+// saturates, so that its flanks weigh.
+TEST(Overlap, SigmaOfARatioIsThatOfThePhotonsInBothOnTheFlanksOfAPeak) {
+  const World w = without_noise({{2, 1}, {2, 1}});
+  const OverlapSolution o = solve(w);
+  ASSERT_EQ(o.pairs.size(), 3u);
+  for (const OverlapPair& p : o.pairs) {
+    double of_a = 0, of_b = 0;
+    for (std::size_t i = 0; i < w.counts[0].mask.size(); ++i) {
+      if (w.counts[p.a].mask[i] != 0 || w.counts[p.b].mask[i] != 0) continue;
+      of_a += w.counts[p.a].rate_dn_per_s[i] * kGain;
+      of_b += w.counts[p.b].rate_dn_per_s[i] * kGain;
+    }
+    EXPECT_NEAR(p.u / std::sqrt(1 / of_a + 1 / of_b), 1, 2e-3) << "exposures " << p.a << " and " << p.b;
+  }
+}
+
 TEST(Overlap, WithoutCommonPixelsTheStatedToleranceStays) {
   Optics s{{2.05, 0.97}, {2, 1}};
   World w = world(s, 7);

@@ -1,5 +1,5 @@
 // Monte Carlo of the whole chain: what the map claims is what happens, for random, structured and scale parts apart and
-// for means over regions. 300 trials; tests/flow/uncertainty_chain_slow_test.cpp runs 2000. Does not prove that a lab's
+// for means over regions. 300 trials; tests/flow/uncertainty_chain_slow_test.cpp runs more. Does not prove that a lab's
 // causes have the distributions that the lab states.
 #include "tests/flow/uncertainty_chain.h"
 

@@ -60,6 +60,13 @@ std::vector<ScaledCounts> scaled(const OverlapGroup& group, const Eigen::VectorX
   return out;
 }
 
+// A pixel's level is its counts, whatever the factor: per unit of the map it falls as the factor grows.
+std::vector<double> levels(const OverlapGroup& group, const Eigen::VectorXd& ln_factor) {
+  std::vector<double> out(group.level_per_unit.begin(), group.level_per_unit.end());
+  for (std::size_t e = 0; e < out.size(); ++e) out[e] *= std::exp(-ln_factor[static_cast<Eigen::Index>(e)]);
+  return out;
+}
+
 // Pairs of two groups share no light and no noise.
 PairSums joined(const PairSums& a, const PairSums& b) {
   const auto stacked = [](const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
@@ -89,8 +96,8 @@ PairSums sums_of(const Problem& p, const Eigen::VectorXd& shift, const Eigen::Ve
     const std::vector<PairIndex> pairs = pairs_of(0, g.exposures.size());
     const std::vector<ScaledCounts> now = scaled(g, ln_factor.segment(exposure, count));
     if (!pairs.empty()) {
-      out = joined(out, pair_sums(now, merge_once(now), pairs, g.level_per_unit, p.u_nonlinearity,
-                                  margins.segment(pair, static_cast<Eigen::Index>(pairs.size()))));
+      out = joined(out, pair_sums(now, merge_once(now), pairs, levels(g, ln_factor.segment(exposure, count)),
+                                  p.u_nonlinearity, margins.segment(pair, static_cast<Eigen::Index>(pairs.size()))));
     }
     exposure += count;
     pair += static_cast<Eigen::Index>(pairs.size());

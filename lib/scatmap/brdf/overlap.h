@@ -12,7 +12,7 @@ namespace scatmap {
 /// Exposures that show the same light, the sample's or the beam's: only these can be compared.
 struct OverlapGroup {
   std::span<const ScaledCounts> exposures;  ///< with nominal factors
-  std::span<const double> level_per_unit;   ///< share of the linear range per map unit (0: no non-linearity)
+  std::span<const double> level_per_unit;   ///< share of the linear range per map unit, likewise (0: no non-linearity)
 };
 
 /// Two exposures compared on the pixels that are good in both.
@@ -50,11 +50,11 @@ inline constexpr double kRatioAllowance = 5e-4;
 
 /// Transmittance ratios from overlapping exposures, with the exposure-time ratio as ruler. For each pair the ratio is
 /// Σ w x_a / Σ w x_b over jointly good pixels, w = μ/variance(x_a − x_b), with μ predicted from the *neighbours* of the
-/// pixel in the merged map: a weight that knew the pixel's own noise would bias the ratio. All pairs (with their
-/// covariance: they share exposures) update the stated causes (filters, exposure times, laser, linearity) as one
-/// least-squares problem; stated tolerances are normal priors of the same standard deviation. Merging and solving are
-/// iterated. Pairs that fail a test are left out of the solution, so that what depends on them stays as uncertain as it
-/// was stated.
+/// pixel in the merged map: a weight that knew the pixel's own noise would bias the ratio. Its noise and the level at
+/// which its pixels work are summed at the pixels' own merged values. All pairs (with their covariance: they share
+/// exposures) update the stated causes (filters, exposure times, laser, linearity) as one least-squares problem; stated
+/// tolerances are normal priors of the same standard deviation. Merging and solving are iterated. Pairs that fail a
+/// test are left out of the solution, so that what depends on them stays as uncertain as it was stated.
 ///
 /// Ratios within several groups tell of the same causes: a filter that only the signature uses is measured there. A
 /// master dark that two groups share is taken as independent between them: their light falls on different pixels.

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "scatmap/counts/expected_signal.h"
+
 namespace scatmap {
 namespace {
 
@@ -26,26 +28,32 @@ double neighbour_mean(const Merged& merged, int row, int column) {
   return n > 0 ? sum / n : std::numeric_limits<double>::quiet_NaN();
 }
 
-// All exposures at one pixel, in map units, variances at the predicted signal.
+// All exposures at one pixel, in map units. What weighs or rejects a pixel follows from the signal that its neighbours
+// predict, in which its own noise has no part. What is summed follows from the pixel's own merged signal: on the flanks
+// of a peak the neighbours' mean is on one side of the truth at every pixel, while noise averages out of the sums.
 struct Pixel {
-  std::vector<double> value, variance, dark;
+  std::vector<double> value, dark;
+  std::vector<double> variance, own_variance;  // at the predicted and at the pixel's own signal
   std::vector<bool> good;
-  double predicted = 0;
+  double predicted = 0, own = 0;
 };
 
-void fill(std::span<const ScaledCounts> exposures, int row, int column, double expected, Pixel& p) {
+void fill(std::span<const ScaledCounts> exposures, int row, int column, Pixel& p) {
   for (std::size_t e = 0; e < exposures.size(); ++e) {
     const Counts& c = *exposures[e].counts;
     const double f = exposures[e].factor;
     p.good[e] = c.mask(row, column) == 0;
     p.value[e] = c.rate_dn_per_s(row, column) * f;
     p.dark[e] = c.dark_floor(row, column) * f * f;
-    p.variance[e] = c.frame_floor(row, column) * f * f + p.dark[e] + std::max(0.0, expected) * c.shot(row, column) * f;
+    const double floor = c.frame_floor(row, column) * f * f + p.dark[e], shot = c.shot(row, column) * f;
+    p.variance[e] = floor + std::max(0.0, p.predicted) * shot;
+    p.own_variance[e] = variance_at(p.own, floor, shot);
   }
 }
 
-double covariance(std::span<const ScaledCounts> exposures, const Pixel& p, std::size_t i, std::size_t j) {
-  if (i == j) return p.variance[i];
+double covariance(std::span<const ScaledCounts> exposures, const Pixel& p, const std::vector<double>& variance,
+                  std::size_t i, std::size_t j) {
+  if (i == j) return variance[i];
   return exposures[i].dark_group == exposures[j].dark_group ? std::sqrt(p.dark[i] * p.dark[j]) : 0;
 }
 
@@ -88,12 +96,22 @@ struct Accumulator {
     covariance_sum += other.covariance_sum;
   }
 
+  // Of the differences of two pairs' values, at the pixel's own signal.
+  double difference_covariance(const Pixel& p, const PairIndex& first, const PairIndex& second) const {
+    const auto [a, b] = first;
+    const auto [c, d] = second;
+    const auto of = [&](std::size_t i, std::size_t j) { return covariance(exposures, p, p.own_variance, i, j); };
+    return of(a, c) - of(a, d) - of(b, c) + of(b, d);
+  }
+
+  int part_of(std::size_t k, const Pixel& p) const { return p.predicted >= split[k] ? 1 : 0; }
+
   void pair_at(std::size_t k, const Pixel& p) {
     weight[k] = 0;
     const auto [a, b] = pairs[k];
     if (!p.good[a] || !p.good[b]) return;
     const double mu = p.predicted;
-    const double variance = p.variance[a] + p.variance[b] - 2 * covariance(exposures, p, a, b);
+    const double variance = p.variance[a] + p.variance[b] - 2 * covariance(exposures, p, p.variance, a, b);
     if (!(mu > kFaintest * std::sqrt(variance))) return;
     const double difference = p.value[a] - p.value[b];
     if (!(std::abs(difference) <= kOutlierSigmas * std::sqrt(variance) + margin[static_cast<Eigen::Index>(k)] * mu))
@@ -101,13 +119,12 @@ struct Accumulator {
     const double w = mu / variance;
     weight[k] = w;
     Sums& s = sums[k];
-    const int part = mu >= split[k] ? 1 : 0;
-    const double level = (level_per_unit[a] - level_per_unit[b]) * mu, allowed = u_nonlinearity * level * mu;
+    const int part = part_of(k, p);
+    const double level = (level_per_unit[a] - level_per_unit[b]) * p.own, allowed = u_nonlinearity * level * mu;
     s.a[part] += w * p.value[a];
     s.b[part] += w * p.value[b];
-    s.noise[part] += w * w * variance;
-    s.signal[part] += w * mu;
-    s.level[part] += w * mu * level;
+    s.signal[part] += w * p.own;
+    s.level[part] += w * p.own * level;
     s.pixels += 1;
     s.chi_squared += difference * difference / (variance + allowed * allowed);
     moment[k] += w * mu * mu;
@@ -120,11 +137,9 @@ struct Accumulator {
       if (weight[k] == 0) continue;
       for (std::size_t l = 0; l <= k; ++l) {
         if (weight[l] == 0) continue;
-        const auto [a, b] = pairs[k];
-        const auto [c, d] = pairs[l];
-        const double cov = covariance(exposures, p, a, c) - covariance(exposures, p, a, d) -
-                           covariance(exposures, p, b, c) + covariance(exposures, p, b, d);
-        covariance_sum(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) += weight[k] * weight[l] * cov;
+        const double added = weight[k] * weight[l] * difference_covariance(p, pairs[k], pairs[l]);
+        covariance_sum(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) += added;
+        if (l == k) sums[k].noise[part_of(k, p)] += added;
       }
     }
   }
@@ -132,13 +147,15 @@ struct Accumulator {
 
 void visit_rows(std::span<const ScaledCounts> exposures, const Merged& merged, int first, int last, Accumulator& out) {
   const std::size_t n = exposures.size();
-  Pixel p{std::vector<double>(n), std::vector<double>(n), std::vector<double>(n), std::vector<bool>(n), 0};
+  const std::vector<double> none(n);
+  Pixel p{none, none, none, none, std::vector<bool>(n), 0, 0};
   for (int r = first; r < last; ++r) {
     for (int c = 0; c < merged.mask.columns(); ++c) {
       if (merged.mask(r, c) != 0) continue;
       p.predicted = neighbour_mean(merged, r, c);
       if (!(p.predicted > 0)) continue;
-      fill(exposures, r, c, p.predicted, p);
+      p.own = merged.value(r, c);
+      fill(exposures, r, c, p);
       out.add(p);
     }
   }
