@@ -19,10 +19,13 @@ struct Part {
 // Less than the bound: the residual itself is rounded.
 constexpr double kAccepted_px = 0.7 * kLensMaxError_px;
 
-bool meets(const OpencvLens& lens, double column, double row, const kernel::LensStep& at) {
+double accepted_px(const OpencvLens& lens, double column, double row) {
   constexpr double kUnits = 4 * std::numeric_limits<double>::epsilon();
-  const double position_px = kUnits * (std::abs(column - lens.cx) + std::abs(row - lens.cy));
-  return at.residual_px <= std::max({kAccepted_px, position_px, 2 * at.rounding_px});
+  return std::max(kAccepted_px, kUnits * (std::abs(column - lens.cx) + std::abs(row - lens.cy)));
+}
+
+bool meets(const OpencvLens& lens, double column, double row, const kernel::LensStep& at) {
+  return at.residual_px <= std::max(accepted_px(lens, column, row), 2 * at.rounding_px);
 }
 
 // Tangent of twice the angle: distances from the axis in even steps of the angle of view.
@@ -150,13 +153,21 @@ double farthest(const Part& part, std::size_t n) {
 
 void unproject_part(const OpencvLens& lens, UnfoldedDisc& disc, int row, int first, std::size_t n, Part& part) {
   const kernel::LensStart far{(first - lens.cx) / lens.fx, 1 / lens.fx, 0, (row - lens.cy) / lens.fy, 0, 0};
+  const auto met_at = [&](std::size_t i) {
+    return part.residual_px[i] <= accepted_px(lens, first + static_cast<double>(i), row) && part.determinant[i] > 0;
+  };
   const auto near = near_start(lens, row, first, n);
-  (near ? kernel::run_unproject_near : kernel::run_unproject_far)(lens, row, first, near ? *near : far, n,
-                                                                  part.x.data(), part.y.data(), part.determinant.data(),
-                                                                  part.residual_px.data());
+  const auto run = [&](auto unproject, const kernel::LensStart& start) {
+    unproject(lens, row, first, start, n, part.x.data(), part.y.data(), part.determinant.data(),
+              part.residual_px.data());
+  };
+  near ? run(kernel::run_unproject_near, *near) : run(kernel::run_unproject_far, far);
+  // Where the parabola was not near enough at an end, more steps for all cost less than single ones for some.
+  if (near && !(met_at(0) && met_at(n - 1) && met_at(n / 4) && met_at(n - 1 - n / 4)))
+    run(kernel::run_unproject_far, *near);
   const bool unfolded = disc.holds(farthest(part, n));
   for (std::size_t i = 0; i < n; ++i) {
-    const bool met = part.residual_px[i] <= kAccepted_px && part.determinant[i] > 0;
+    const bool met = met_at(i);
     if (!met || !(unfolded || disc.holds(std::hypot(part.x[i], part.y[i]))))
       finish(lens, first + static_cast<double>(i), row, i, part);
   }
