@@ -14,7 +14,7 @@ namespace {
 [[noreturn]] void fail(const TargetModel& model, const std::string& problem, const std::string& got) {
   throw Error({model.list().name, problem, got,
                "angles, kind and mount as they were, sigma_px not ten times too small, and a nominal instrument that "
-               "resembles the bench"});
+               "resembles the bench, its pitch_um, columns, rows and flips right"});
 }
 
 void check_majority(const TargetModel& model, const Used& used) {

@@ -142,7 +142,8 @@ Computed angles_of(const Options& o, const Instrument& instrument, const Pose& p
   const SampleView view = sample_view(instrument, pose);
   const double tolerance_px = tolerance_of(o, instrument, pose);
   const AngleChoice choice = choice_of(o, instrument, tolerance_px, view);
-  const bool missed = o.method.empty() && !(choice.bound_px <= tolerance_px);
+  constexpr double kRounding = 1e-9;  // tile's bound is what is left of the tolerance, and the file's rounding again
+  const bool missed = o.method.empty() && !(choice.bound_px <= tolerance_px * (1 + kRounding));
   return {angles_by(choice, view, instrument.rows, instrument.columns),
           AngleMethodNote{std::string(to_string(choice.method)), choice.bound_rad, choice.bound_px,
                           fills_single(choice.method) ? Precision::kSingle : Precision::kDouble},
@@ -167,6 +168,7 @@ void print_notes(const Computed& angles, const Instrument& instrument) {
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   const Instrument instrument = read_instrument(o.instrument);
+  note_odd_size(o.instrument, instrument);
   const Provenance provenance{invocation.command_line, "scatmap " + version(),
                               instrument_inputs(o.instrument, instrument)};
   const Pose pose{o.stage_deg * kRadPerDeg, o.arm_deg * kRadPerDeg};

@@ -173,6 +173,7 @@ const char* what_fused_lacks(const Measurement& m) {
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   const Measurement measurement = read_measurement(o.measurement);
+  note_odd_size(measurement.instrument_file, measurement.instrument);
   std::vector<InputRecord> inputs = instrument_inputs(measurement.instrument_file, measurement.instrument);
   inputs.insert(inputs.begin(), record_input(o.measurement));
   BrdfResult result = brdf_from_frames(measurement, progress_bar("brdf"),

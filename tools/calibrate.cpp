@@ -14,7 +14,9 @@
 #include "scatmap/base/provenance.h"
 #include "scatmap/base/units.h"
 #include "scatmap/report/residual_picture.h"
+#include "tools/instrument_inputs.h"
 #include "tools/output_options.h"
+#include "tools/toml_comment.h"
 #include "tools/verbs.h"
 
 namespace scatmap::tools {
@@ -44,19 +46,6 @@ void read_prior(const std::string& text, calib::ParameterChoices& choices) {
     }
   }
   throw CLI::ValidationError("--prior", "'" + text + "' is not NAME=SIGMA, for example beam.offset_mm.0=0.1");
-}
-
-std::string comment_line(const std::string& name, std::string text) {
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  }
-  return "# " + name + ": " + text + "\n";
-}
-
-std::string provenance_comment(const Provenance& p) {
-  std::string text = comment_line("written by", p.written_by) + comment_line("command", p.command_line);
-  for (const InputRecord& i : p.inputs) text += comment_line("input", i.path + " sha256 " + i.sha256);
-  return text;
 }
 
 // Before the work: a fit is not thrown away over a name.
@@ -141,11 +130,12 @@ void run(Options o, const Invocation& invocation) {
   for (const std::string& p : o.priors) read_prior(p, o.calibrate.choices);
   o.calibrate.select = !o.fit_all;
   const Instrument nominal = read_instrument(o.instrument);
+  note_odd_size(o.instrument, nominal);
   const calib::TargetList list = calib::read_targets(o.targets);
   const Provenance provenance{
       invocation.command_line, "scatmap " + version(), {record_input(o.targets), record_input(o.instrument)}};
   const calib::CalibrationResult result = calibrated(list, nominal, o);
-  const std::string text = provenance_comment(provenance) + to_toml(result.instrument);
+  const std::string text = toml_comment(provenance) + to_toml(result.instrument);
   std::optional<calib::Bootstrap> scatter;
   if (o.bootstrap_trials > 0)
     scatter = calib::bootstrap(list, result, {bootstrap_kind(o), o.bootstrap_trials, o.bootstrap_seed});

@@ -75,10 +75,14 @@ Comparison compared(const BrdfMap& measured, const BrdfMap& modelled, const Opti
 void run(const Options& o, const Invocation& invocation) {
   OutputFolder folder(o.output.targets.front(), "comparison.json", o.output.overwrite());
   const BrdfMap measured = read_map_fits(o.measured), modelled = read_map_fits(o.modelled);
+  if (measured.u_random_per_sr.empty())
+    throw Error({o.measured, "is a modelled map: it has no uncertainties", {}, "the measured map first"});
+  if (!modelled.u_random_per_sr.empty())  // its noise would count as the model's, and pull a free scale towards 0
+    throw Error({o.modelled, "is a measured map", {}, "the modelled map second"});
   const Provenance provenance{
       invocation.command_line, "scatmap " + version(), {record_input(o.measured), record_input(o.modelled)}};
   const Comparison c = compared(measured, modelled, o);
-  const std::string json = comparison_json(c), text = comparison_text(c);
+  const std::string json = comparison_json(c, provenance), text = comparison_text(c);
   write_text_file(folder.temporary() / "comparison.json", json, Overwrite::kKeep);
   write_residual_fits(c, measured, provenance, folder.temporary() / "residual.fits", Overwrite::kKeep);
   if (o.pictures != "none") draw(c, measured, modelled, folder.temporary(), o);

@@ -7,10 +7,12 @@
 
 #include "scatmap/angles/instrument.h"
 #include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
 #include "scatmap/base/provenance.h"
 #include "scatmap/counts/dark.h"
 #include "scatmap/counts/photon_transfer.h"
 #include "tools/output_options.h"
+#include "tools/toml_comment.h"
 #include "tools/verbs.h"
 
 namespace scatmap::tools {
@@ -57,6 +59,21 @@ std::vector<TransferLevel> levels_of(const FramesByTime& flats, const FramesByTi
     out.push_back({time, frames, dark->second});
   }
   return out;
+}
+
+// What all frames say of their gain; nullopt if they say nothing. @throws Error if they say different things
+std::optional<double> header_gain(const FramesByTime& flats) {
+  const Frame& first = flats.begin()->second.front();
+  for (const auto& [time, frames] : flats) {
+    for (const Frame& f : frames) {
+      if (f.header.gain_e_per_dn == first.header.gain_e_per_dn) continue;
+      const auto text = [](const Frame& of) {
+        return of.header.gain_e_per_dn ? number_text(*of.header.gain_e_per_dn) : std::string("nothing");
+      };
+      throw Error({f.file.string() + ": EGAIN", "differs from that of " + first.file.string(), text(f), text(first)});
+    }
+  }
+  return first.header.gain_e_per_dn;
 }
 
 Instrument with_sensor(Instrument instrument, const PhotonTransfer& p) {
@@ -133,10 +150,18 @@ void run(const Options& o, const Invocation& invocation) {
   for (const auto& [time, frames] : darks) std::for_each(frames.begin(), frames.end(), require_dark);
   const std::vector<TransferLevel> levels = levels_of(flats, darks);
   const PhotonTransfer p = photon_transfer(levels, nominal.sensor.saturation_dn, o.saturation_dn);
-  std::string text = "# [sensor] measured by photon transfer (EMVA 1288)\n# written by " + provenance.written_by + "\n";
-  for (const InputRecord& i : provenance.inputs) text += "# input sha256 " + i.sha256 + "\n";
-  write_text_file(o.output.targets.front(), text + to_toml(with_sensor(nominal, p)), o.output.overwrite());
+  Instrument measured = with_sensor(nominal, p);
+  measured.sensor.header_gain_e_per_dn = header_gain(flats);
+  write_text_file(o.output.targets.front(),
+                  "# The sensor's table is measured by photon transfer (EMVA 1288).\n" + toml_comment(provenance) +
+                      to_toml(measured),
+                  o.output.overwrite());
   o.output.json ? print_json(p) : print_text(p);
+  if (p.nonlinearity_left) return;
+  std::fflush(stdout);
+  std::fprintf(stderr,
+               "note: too few levels for the linearity: nonlinearity_percent stays at %s as in %s, not measured\n",
+               number_text(nominal.sensor.nonlinearity_percent).c_str(), o.instrument.c_str());
 }
 
 }  // namespace

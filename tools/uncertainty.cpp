@@ -183,19 +183,33 @@ void print_answer(const Answer& a, const char* unit) {
       a.verdict.valid ? "is good enough" : "FAILS, use the Monte Carlo interval");
 }
 
+// Sets of filters, from the largest alone to all, until one that all are in is calibrated for nothing.
 void print_targets(const Answer& a, double target, nlohmann::json* json) {
-  for (const FilterTarget& t : filter_targets(a.factors, a.u.relative_additive(), target)) {
-    std::string names;
-    for (const std::string& n : t.filters) names += (names.empty() ? "" : ", ") + n;
-    if (json != nullptr) {
+  const double now = a.u.total() / std::abs(a.u.value);
+  const std::vector<FilterTarget> sets = filter_targets(a.factors, a.u.relative_additive(), target);
+  if (json != nullptr) {
+    (*json)["filter_targets"] = nlohmann::json::array();
+    for (const FilterTarget& t : sets) {
       (*json)["filter_targets"].push_back(
           {{"filters", t.filters}, {"u_od", t.u_od ? nlohmann::json(*t.u_od) : nlohmann::json(nullptr)}});
-    } else if (t.u_od) {
-      std::printf("%.3g %% in total: calibrate %s to a standard uncertainty of %.5f OD each\n", 100 * target,
-                  names.c_str(), *t.u_od);
-    } else {
-      std::printf("%.3g %% in total: not by calibrating %s alone\n", 100 * target, names.c_str());
     }
+    return;
+  }
+  if (now <= target) {
+    std::printf("%.3g %% in total: reached, it is %.3g %%\n", 100 * target, 100 * now);
+    return;
+  }
+  const bool reachable =
+      std::any_of(sets.begin(), sets.end(), [](const FilterTarget& t) { return t.u_od.has_value(); });
+  if (!reachable)
+    std::printf("%.3g %% in total: not by calibrating filters, whose share of %.3g %% is too small\n", 100 * target,
+                100 * now);
+  for (const FilterTarget& t : sets) {
+    if (!t.u_od) continue;
+    std::string names;
+    for (const std::string& n : t.filters) names += (names.empty() ? "" : ", ") + n;
+    std::printf("%.3g %% in total: calibrate %s to a standard uncertainty of %.5f OD%s\n", 100 * target, names.c_str(),
+                *t.u_od, t.filters.size() > 1 ? " each" : "");
   }
 }
 

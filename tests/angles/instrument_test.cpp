@@ -29,7 +29,7 @@ TEST(Instrument, TextKeepsEveryBit) {
   for (int i = 0; i < 200; ++i) {
     // Through text once, so that every number is one that a file can hold.
     Instrument first = parse_instrument(to_toml(test::random_bench(rng, 3).instrument), "first");
-    first.sensor = {1.0 / 3, 7.7, 65535.0, 0.3, 300.1, {1e-7, -2.2e-13}};
+    first.sensor = {1.0 / 3, 7.7, 65535.0, 0.3, 300.1, {1e-7, -2.2e-13}, 0.1};
     first.calibration =
         Calibration{{"detector.distance_mm", "arm.zero_deg"}, Eigen::Matrix2d{{1.0 / 7, 1e-9}, {1e-9, 3e-6}}};
     const Instrument second = parse_instrument(to_toml(first), "second");
@@ -38,6 +38,7 @@ TEST(Instrument, TextKeepsEveryBit) {
     EXPECT_EQ(first.flip_columns, second.flip_columns);
     EXPECT_EQ(first.sensor.gain_e_per_dn, second.sensor.gain_e_per_dn);
     EXPECT_EQ(first.sensor.linearity, second.sensor.linearity);
+    EXPECT_EQ(second.sensor.header_gain_e_per_dn, 0.1);
     EXPECT_EQ(first.calibration->covariance, second.calibration->covariance);
     EXPECT_EQ(first.calibration->parameters, second.calibration->parameters);
   }

@@ -138,7 +138,7 @@ TEST(Scale, TwoFormsOfTheSignatureInAFile) {
   const std::string frames = "frames = [\"s.fits\"]\ndarks = [\"d.fits\"]\n", one = "exposure_s = 3\n" + frames;
   EXPECT_EQ(read(one).signatures.at(0).exposure_s, 3);
   const Measurement two = read("arm_deg = 180\naperture_radius_px = 7\n[[signature.exposure]]\n" + one +
-                               "[[signature.exposure]]\nexposure_s = 4\n" + frames);
+                               "[[signature.exposure]]\nexposure_s = 4\nframes = [\"t.fits\"]\ndarks = [\"d.fits\"]\n");
   ASSERT_EQ(two.signatures.size(), 2u);
   EXPECT_EQ(two.signatures[1].exposure_s, 4);
   EXPECT_EQ(two.aperture.radius_px, 7);

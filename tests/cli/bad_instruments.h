@@ -19,7 +19,11 @@ inline std::vector<BadInput> bad_instruments() {
   return {
       {"instrument: no such file", run, erase(file), 1, {file, "no such file"}},
       {"instrument: empty file", run, write(file, ""), 1, {file, "detector"}},
-      {"instrument: binary file", run, write(file, std::string("\x7f\x45\x4c\x46\0\xff\xfe\x01", 8)), 1, {file, "no text file"}},
+      {"instrument: binary file",
+       run,
+       write(file, std::string("\x7f\x45\x4c\x46\0\xff\xfe\x01", 8)),
+       1,
+       {file, "no text file"}},
       {"instrument: a FITS file", run, copy("frames/exposure1_001.fits", file), 1, {file, "FITS file, not TOML"}},
       {"instrument: a folder", run, all({erase(file), make_folder(file)}), 1, {file}},
       {"instrument: unreadable", run, unreadable(file), 1, {file, "read"}, true},

@@ -82,6 +82,31 @@ TEST(Notes, MapsOfOneDetectorAreComparedWithoutAWord) {
   EXPECT_EQ(run.err, "");
 }
 
+// Numbers in other units pass every check of range; only their proportion is odd.
+TEST(Notes, DetectorsOfOddSizeAreWonderedAt) {
+  for (const auto& [from, to] : {std::pair{"distance_mm = 325", "distance_mm = 0.325"},
+                                 {"pitch_um = [212.5, 212.5]", "pitch_um = [0.2125, 0.2125]"}}) {
+    Lab lab = maker().fresh_copy();
+    lab.replace("instrument.toml", from, to);
+    const ToolRun run =
+        run_tool({"angles", "instrument.toml", "--stage-deg", "20", "--arm-deg", "40", "-o", "a.fits"}, lab.folder());
+    EXPECT_EQ(run.status, 0) << run.err;
+    EXPECT_TRUE(holds(run.err, "note: instrument.toml describes a detector of ")) << to << ": " << run.err;
+  }
+}
+
+// A camera's own gain is a round number; the measured one goes with the frames all the same when the file says so.
+TEST(Notes, AMeasuredGainGoesWithFramesThatSayTheirNominalOne) {
+  Lab lab = maker().fresh_copy();
+  lab.replace("instrument.toml", "gain_e_per_dn = 1.5", "gain_e_per_dn = 1.4");
+  const std::vector<std::string> command{"brdf", "measurement.toml", "-o", "out.fits"};
+  const ToolRun refused = run_tool(command, lab.folder());
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_TRUE(holds(refused.err, "sensor.header_gain_e_per_dn")) << refused.err;
+  lab.replace("instrument.toml", "gain_e_per_dn = 1.4", "gain_e_per_dn = 1.4\nheader_gain_e_per_dn = 1.5");
+  EXPECT_EQ(run_tool(command, lab.folder()).status, 0);
+}
+
 TEST(Notes, BrdfSaysWhenItDoesNotFuse) {
   Lab lab = maker().fresh_copy();
   const std::vector<std::string> command{"brdf", "measurement.toml", "--method", "fused", "-o"};
@@ -94,6 +119,9 @@ TEST(Notes, BrdfSaysWhenItDoesNotFuse) {
   std::size_t end = text.find("\n[", begin + 1);
   const std::string exposure = text.substr(begin, end == std::string::npos ? end : end - begin);
   lab.write("measurement.toml", text + "\n" + exposure + "\n");
+  const std::string both = "[\"frames/exposure1_001.fits\", \"frames/exposure1_002.fits\"]";
+  lab.replace("measurement.toml", both, "[\"frames/exposure1_001.fits\"]");
+  lab.replace("measurement.toml", both, "[\"frames/exposure1_002.fits\"]");
   auto two = command;
   two.emplace_back("two.fits");
   const ToolRun run = run_tool(two, lab.folder());

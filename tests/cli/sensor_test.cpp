@@ -76,6 +76,7 @@ TEST_F(SensorVerb, FindsTheSensorOfTheShippedScene) {
     const double bent_dn = charge_dn * (1 + scene.sensor.nonlinearity_percent / 100 * share);
     return (model.linearised(scene.sensor.bias_dn + bent_dn) - scene.sensor.bias_dn) / charge_dn;
   };
+  EXPECT_EQ(sensor.header_gain_e_per_dn, scene.nominal_sensor.gain_e_per_dn);
   ASSERT_FALSE(sensor.linearity.empty());
   EXPECT_NEAR(seen_per_charge(0.9) / seen_per_charge(0.1), 1, 2 * sensor.nonlinearity_percent / 100);
   EXPECT_LT(sensor.nonlinearity_percent, 0.2);  // five times better than the sensor itself

@@ -109,10 +109,15 @@ class PrivateFolder {
   fs::path path_;
 };
 
-void write_pgm(const Grid<int>& frame, const fs::path& file) {
-  std::ofstream out(file, std::ios::binary);
-  out << "P5\n" << frame.columns() << " " << frame.rows() << "\n65535\n";
-  for (const int v : frame) out.put(static_cast<char>(v >> 8)).put(static_cast<char>(v & 255));
+std::string copy_name(const std::string& name, int copy) { return name + "_" + std::to_string(copy) + ".pgm"; }
+
+// kFrames frames that are alike.
+void write_pgms(const Grid<int>& frame, const fs::path& folder, const std::string& name) {
+  for (int copy = 0; copy < kFrames; ++copy) {
+    std::ofstream out(folder / copy_name(name, copy), std::ios::binary);
+    out << "P5\n" << frame.columns() << " " << frame.rows() << "\n65535\n";
+    for (const int v : frame) out.put(static_cast<char>(v >> 8)).put(static_cast<char>(v & 255));
+  }
 }
 
 synth::Bench geometry() {
@@ -127,16 +132,19 @@ synth::Bench geometry() {
 constexpr double kStage_deg = 20, kArm_deg = 41;
 
 std::string exposure_text(const char* table, const char* frame, double exposure_s, double od, const std::string& more) {
-  std::string frames;
-  for (int i = 0; i < kFrames; ++i) frames += std::string(i == 0 ? "" : ", ") + "\"" + frame + "\"";
-  return std::string(table) + "\nframes = [" + frames + "]\ndarks = [\"dark.pgm\", \"dark.pgm\", \"dark.pgm\"]\n" +
-         "exposure_s = " + number_text(exposure_s) + "\nfilters = [\"" + (od == 0 ? "none" : frame) + "\"]\n" + more;
+  const auto copies = [](const std::string& name) {
+    std::string out;
+    for (int i = 0; i < kFrames; ++i) out += (i == 0 ? "\"" : ", \"") + copy_name(name, i) + "\"";
+    return out;
+  };
+  return std::string(table) + "\nframes = [" + copies(frame) + "]\ndarks = [" + copies("dark") +
+         "]\nexposure_s = " + number_text(exposure_s) + "\nfilters = [\"" + (od == 0 ? "none" : frame) + "\"]\n" + more;
 }
 
 fs::path written(const Bench& b, const fs::path& folder) {
-  write_pgm(b.sample, folder / "sample.pgm");
-  write_pgm(b.dark, folder / "dark.pgm");
-  write_pgm(b.signature, folder / "signature.pgm");
+  write_pgms(b.sample, folder, "sample");
+  write_pgms(b.dark, folder, "dark");
+  write_pgms(b.signature, folder, "signature");
   std::ofstream(folder / "instrument.toml")
       << "[detector]\ncolumns = " << kColumns << "\nrows = " << kRows << "\npitch_um = [300, 300]\ndistance_mm = 325\n"
       << "[sensor]\ngain_e_per_dn = " << number_text(b.gain_e_per_dn)
@@ -146,10 +154,10 @@ fs::path written(const Bench& b, const fs::path& folder) {
   };
   std::ofstream(folder / "measurement.toml")
       << "instrument = \"instrument.toml\"\nwavelength_nm = 632.8\nstage_deg = 20\narm_deg = 41\n"
-      << filter("none", 0) << filter("sample.pgm", b.od) << filter("signature.pgm", b.signature_od)
-      << exposure_text("[signature]", "signature.pgm", b.signature_s, b.signature_od,
+      << filter("none", 0) << filter("sample", b.od) << filter("signature", b.signature_od)
+      << exposure_text("[signature]", "signature", b.signature_s, b.signature_od,
                        "aperture_radius_px = " + number_text(kAperture_px) + "\n")
-      << exposure_text("[[exposure]]", "sample.pgm", b.exposure_s, b.od, "");
+      << exposure_text("[[exposure]]", "sample", b.exposure_s, b.od, "");
   return folder / "measurement.toml";
 }
 

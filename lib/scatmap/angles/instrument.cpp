@@ -85,6 +85,7 @@ void read_mechanics(const TomlTable& file, Instrument& out) {
 Sensor read_sensor(const TomlTable& t) {
   Sensor s;
   s.gain_e_per_dn = t.optional_number("gain_e_per_dn", kPositive);
+  s.header_gain_e_per_dn = t.optional_number("header_gain_e_per_dn", kPositive);
   s.read_noise_e = t.optional_number("read_noise_e", kNotNegative);
   s.saturation_dn = t.optional_number("saturation_dn", kPositive);
   s.nonlinearity_percent = t.number_or("nonlinearity_percent", 0, {0, 100, false});

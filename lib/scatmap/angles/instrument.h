@@ -19,6 +19,8 @@ struct Sensor {
   double bias_dn = 0;                   ///< zero point of the linearity polynomial
   /// corrected = bias + x (1 + c0 x + c1 x² + …), x = raw − bias in DN. Empty: none.
   std::vector<double> linearity;
+  /// EGAIN of the frames that the gain was measured from: what frames of this camera say of themselves.
+  std::optional<double> header_gain_e_per_dn{};
 };
 
 /// A parameter that a calibration kept at its nominal value.

@@ -61,6 +61,7 @@ std::string mechanics_text(const Instrument& in) {
 std::string sensor_text(const Sensor& s) {
   std::string t = "\n[sensor]\n";
   if (s.gain_e_per_dn) t += line("gain_e_per_dn", number_text(*s.gain_e_per_dn));
+  if (s.header_gain_e_per_dn) t += line("header_gain_e_per_dn", number_text(*s.header_gain_e_per_dn));
   if (s.read_noise_e) t += line("read_noise_e", number_text(*s.read_noise_e));
   if (s.saturation_dn) t += line("saturation_dn", number_text(*s.saturation_dn));
   t += line("nonlinearity_percent", number_text(s.nonlinearity_percent)) + line("bias_dn", number_text(s.bias_dn));

@@ -84,8 +84,12 @@ void FrameSource::check(const Frame& f, bool is_dark, double exposure_s) {
   require_detector_size(f.dn.rows(), f.dn.columns(), name, measurement_.instrument);
   require_agreement(f.header.exposure_s, exposure_s, 1e-3 * exposure_s, name + ": EXPTIME",
                     is_dark ? "exposure_s of the frames it is the dark of" : "exposure_s");
-  require_agreement(f.header.gain_e_per_dn, sensor_.gain_e_per_dn, 0.01 * sensor_.gain_e_per_dn, name + ": EGAIN",
-                    "sensor.gain_e_per_dn");
+  const std::optional<double>& nominal = measurement_.instrument.sensor.header_gain_e_per_dn;
+  const double header_gain = nominal.value_or(sensor_.gain_e_per_dn);
+  require_agreement(f.header.gain_e_per_dn, header_gain, 0.01 * header_gain, name + ": EGAIN",
+                    nominal ? "sensor.header_gain_e_per_dn"
+                            : "sensor.gain_e_per_dn (a measured gain beside what the frames say: "
+                              "sensor.header_gain_e_per_dn)");
   if (f.header.row_order) {
     if (row_order_.empty()) {
       row_order_ = *f.header.row_order;

@@ -32,7 +32,11 @@ PixelSum sum_over(const BrdfMap& map, const Region& r, Weight&& weight) {
       out.weights.push_back(weight(row, c));
     }
   }
-  if (out.pixels.empty()) throw Error({"region", "holds no good pixel", {}, {}});
+  if (out.pixels.empty()) {
+    const int flags = map.mask(r.first_row, r.first_column);
+    throw Error({"region", "holds no good pixel", "mask " + std::to_string(flags) + " at its first",
+                 "a pixel of mask 0 (flags: docs/files.md)"});
+  }
   return out;
 }
 

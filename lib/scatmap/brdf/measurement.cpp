@@ -87,6 +87,26 @@ Exposure read_exposure(const TomlTable& t, const Measurement& m, double pose_arm
   return e;
 }
 
+// The same numbers twice are no second measurement: sigma would come out too small.
+void require_distinct_frames(const std::vector<Exposure>& exposures) {
+  const auto key = [](const std::filesystem::path& f) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(f));
+  };
+  std::set<std::filesystem::path> frames;
+  for (const Exposure& e : exposures) {
+    for (const std::filesystem::path& f : e.frames) {
+      if (!frames.insert(key(f)).second) throw Error({e.where, "names a frame twice", f.string(), {}});
+    }
+  }
+  for (const Exposure& e : exposures) {
+    std::set<std::filesystem::path> darks;  // two exposures may share theirs
+    for (const std::filesystem::path& f : e.darks) {
+      if (!darks.insert(key(f)).second) throw Error({e.where, "has one dark twice", f.string(), {}});
+      if (frames.contains(key(f))) throw Error({e.where, "has a dark that is a frame too", f.string(), {}});
+    }
+  }
+}
+
 // One exposure in the table itself, or [[signature.exposure]].
 void read_signature(const TomlTable& t, double pose_arm_deg, Measurement& m) {
   m.aperture.radius_px = t.optional_number("aperture_radius_px", {1, 1e5, false});
@@ -147,6 +167,8 @@ Measurement read_measurement(const std::filesystem::path& path) {
   read_signature(file.table("signature"), arm_deg, m);
   for (const TomlTable& t : file.tables("exposure")) m.exposures.push_back(read_exposure(t, m, arm_deg, false));
   if (m.exposures.empty()) throw Error({file.where("exposure"), "is missing", {}, "at least one table [[exposure]]"});
+  require_distinct_frames(m.signatures);
+  require_distinct_frames(m.exposures);
   if (const auto laser = file.optional_table("laser")) {
     m.laser_drift = laser->number_or("drift_percent", 0, kPercent) / 100;
     m.laser_drift_between_exposures = laser->number_or("drift_between_exposures_percent", 0, kPercent) / 100;

@@ -88,7 +88,7 @@ std::string comb_line(const char* name, const std::optional<FringeComb>& c) {
 
 }  // namespace
 
-std::string comparison_json(const Comparison& c) {
+std::string comparison_json(const Comparison& c, const Provenance& provenance) {
   json out{
       {"measured", features_json(c.measured)}, {"modelled", features_json(c.modelled)}, {"peak_pairs", json::array()}};
   for (const PeakPair& p : c.peaks) {
@@ -100,7 +100,11 @@ std::string comparison_json(const Comparison& c) {
   }
   out["residual"] = residual_json(c.residual);
   out["direction_difference_px"] = number(c.direction_difference_px);
-  return out.dump(2) + "\n";
+  out["written_by"] = provenance.written_by;
+  out["command"] = provenance.command_line;
+  for (const InputRecord& i : provenance.inputs) out["inputs"].push_back({{"file", i.path}, {"sha256", i.sha256}});
+  constexpr int kIndent = 2;
+  return out.dump(kIndent, ' ', false, json::error_handler_t::replace) + "\n";  // names need not be UTF-8
 }
 
 std::string comparison_text(const Comparison& c) {

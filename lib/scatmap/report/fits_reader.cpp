@@ -59,7 +59,8 @@ bool FitsReader::has(const std::string& hdu_name) {
 
 void FitsReader::select(const std::string& hdu_name) {
   const auto found = std::find(names_.begin(), names_.end(), hdu_name);
-  if (found == names_.end()) throw Error({path_.string(), "has no HDU " + hdu_name, {}, "a map written by scatmap"});
+  if (found == names_.end())
+    throw Error({path_.string(), "has no HDU " + hdu_name, {}, "a BRDF map as scatmap writes it"});
   check(fits_movabs_hdu(fits_->file, static_cast<int>(found - names_.begin()) + 1, nullptr, &fits_->status),
         "go to HDU " + hdu_name);
 }

@@ -201,7 +201,9 @@ void FitsWriter::key(const std::string& name, const std::string& value, const st
 }
 
 void FitsWriter::history(const std::string& text) {
-  check(fits_write_history(state_->file, text.c_str(), &state_->status), "write HISTORY");
+  std::string printable = text;  // names of files need not be, cards must
+  for (char& c : printable) c = c < 0x20 || c > 0x7e ? '?' : c;
+  check(fits_write_history(state_->file, printable.c_str(), &state_->status), "write HISTORY");
 }
 
 void FitsWriter::commit() {

@@ -60,6 +60,11 @@ void write_provenance(FitsWriter& fits, const Provenance& p) {
   fits.key("CMDLINE", p.command_line.empty() ? "-" : p.command_line, "");
 }
 
+// For files without a table of frames.
+void write_inputs(FitsWriter& fits, const Provenance& p) {
+  for (const InputRecord& i : p.inputs) fits.history("input " + i.path + " sha256 " + i.sha256);
+}
+
 void write_scale(FitsWriter& fits, const BrdfMap& map) {
   if (map.u_random_per_sr.empty()) return;
   const ScaleInterval interval = map.scale.filters_interval();
@@ -244,6 +249,7 @@ void write_angles_fits(const AngleMap& angles, const Instrument& instrument, con
   write_lens(fits, instrument);
   write_method(fits, method);
   write_provenance(fits, provenance);
+  write_inputs(fits, provenance);
   write_angle_images(fits, angles, true, pixels);
   write_angle_uncertainty(fits, instrument, pose, angles.mask);
   write_mask(fits, angles.mask, wcs);
@@ -259,6 +265,8 @@ void write_residual_fits(const Comparison& comparison, const BrdfMap& like, cons
   if (comparison.residual) {
     fits.image("RESIDUAL", "1", comparison.residual->normalised);
     write_wcs(fits, wcs);
+    write_provenance(fits, provenance);
+    write_inputs(fits, provenance);
   }
   fits.image("LOG10_RATIO", "1", comparison.log10_ratio);
   write_wcs(fits, wcs);
