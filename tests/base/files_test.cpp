@@ -1,20 +1,24 @@
 // Outputs appear whole or not at all, number texts keep every bit, checksums are SHA-256, changed inputs are noticed.
 // Kills and full disks: tests/faults.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <random>
+#include <thread>
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
 #include "scatmap/base/output_file.h"
 #include "scatmap/base/output_folder.h"
 #include "scatmap/base/provenance.h"
+#include "scatmap/base/temporary_folder.h"
 #include "scatmap/base/units.h"
 
 namespace scatmap {
@@ -85,6 +89,31 @@ TEST_F(Files, FolderAppearsWholeAndReplacesOnlyItsOwnKind) {
 }
 
 // What a killed process left goes with the next output; what a living one works in stays, and what is not ours too.
+// Of another thread, or of gnuplot, whose working folder it is.
+TEST_F(Files, WhatIsWrittenWhileAProcessEndsGoesToo) {
+  folder_ /= "ends";
+  fs::create_directory(folder_);
+  constexpr int kTries = 5;  // chance decides whether a file arrives between the last look and the folder's end
+  for (int i = 0; i < kTries; ++i) {
+    const pid_t child = fork();
+    if (child == 0) {
+      const TemporaryFolder mine(folder_, "a.txt");
+      const int inside = open(mine.path().c_str(), O_RDONLY | O_DIRECTORY);
+      std::thread late([inside] {
+        const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(60);
+        for (int i = 0; std::chrono::steady_clock::now() < end; ++i)
+          close(openat(inside, std::to_string(i).c_str(), O_CREAT | O_WRONLY, 0600));
+      });
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      abandon_temporary_folders();
+      late.join();
+      _exit(0);
+    }
+    waitpid(child, nullptr, 0);
+    EXPECT_EQ(entries(), 0u);
+  }
+}
+
 TEST_F(Files, LeftoversGoAndWorkInProgressStays) {
   folder_ /= "never used before";  // a process looks for leftovers once in every folder
   fs::create_directory(folder_);

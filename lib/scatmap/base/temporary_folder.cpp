@@ -6,10 +6,12 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <mutex>
 #include <set>
 #include <system_error>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -57,8 +59,8 @@ bool is_ours(int fd, const fs::path& path) {
          by_fd.st_dev == by_name.st_dev && by_fd.st_uid == geteuid();
 }
 
-// With one open file at a time, for there may be no second.
-void remove_tree(const fs::path& folder) {
+// With one open file at a time, for there may be no second. @return whether it is gone
+bool remove_tree(const fs::path& folder) {
   std::error_code failed;
   std::vector<fs::directory_entry> entries;
   for (fs::directory_iterator i(folder, failed), end; !failed && i != end; i.increment(failed)) entries.push_back(*i);
@@ -69,7 +71,7 @@ void remove_tree(const fs::path& folder) {
       unlink(e.path().c_str());
     }
   }
-  rmdir(folder.c_str());
+  return rmdir(folder.c_str()) == 0 || errno == ENOENT;
 }
 
 void remove_if_abandoned(const fs::path& folder) {
@@ -143,7 +145,10 @@ void abandon_temporary_folders() noexcept {
     const fs::path gone = folder.string() + "-gone";
     std::error_code ignored;
     fs::rename(folder, gone, ignored);
-    remove_tree(gone);
+    // What was on its way in when the name changed, of another thread or of gnuplot, arrives a little later.
+    constexpr int kAttempts = 50;
+    constexpr auto kPause = std::chrono::milliseconds(5);
+    for (int i = 0; i < kAttempts && !remove_tree(gone); ++i) std::this_thread::sleep_for(kPause);
   }
 }
 
