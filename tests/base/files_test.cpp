@@ -88,13 +88,12 @@ TEST_F(Files, FolderAppearsWholeAndReplacesOnlyItsOwnKind) {
   EXPECT_EQ(entries(), 2u);
 }
 
-// What a killed process left goes with the next output; what a living one works in stays, and what is not ours too.
 // Of another thread, or of gnuplot, whose working folder it is.
 TEST_F(Files, WhatIsWrittenWhileAProcessEndsGoesToo) {
   folder_ /= "ends";
   fs::create_directory(folder_);
   constexpr int kTries = 5;  // chance decides whether a file arrives between the last look and the folder's end
-  for (int i = 0; i < kTries; ++i) {
+  for (int turn = 0; turn < kTries; ++turn) {
     const pid_t child = fork();
     if (child == 0) {
       const TemporaryFolder mine(folder_, "a.txt");
@@ -114,6 +113,7 @@ TEST_F(Files, WhatIsWrittenWhileAProcessEndsGoesToo) {
   }
 }
 
+// What a killed process left goes with the next output; what a living one works in stays, and what is not ours too.
 TEST_F(Files, LeftoversGoAndWorkInProgressStays) {
   folder_ /= "never used before";  // a process looks for leftovers once in every folder
   fs::create_directory(folder_);
