@@ -1,6 +1,7 @@
 #include "scatmap/angles/lens_kernel.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -117,7 +118,8 @@ double unfolded_at(const OpencvLens& l, double x, double y) {
 SCATMAP_CLONES void run_least_stretch(const OpencvLens& lens, std::size_t n, const double* __restrict radius,
                                       double* __restrict stretch) {
   OpencvLens radial = lens;
-  for (const std::size_t i : {2, 3, 8, 9, 10, 11}) radial.k[i] = 0;
+  constexpr std::array<std::size_t, 6> kOthers{2, 3, 8, 9, 10, 11};
+  for (const std::size_t i : kOthers) radial.k[i] = 0;
   const double tangential = 6 * (std::abs(lens.k[2]) + std::abs(lens.k[3]));
   const double prism = 2 * std::abs(lens.k[8]) + 2 * std::abs(lens.k[10]),
                prism2 = 4 * std::abs(lens.k[9]) + 4 * std::abs(lens.k[11]);

@@ -41,9 +41,8 @@ class RowRing {
 // gradient.
 class Band {
  public:
-  Band(const FusedFrames& frames, const RowReducer& reducer, const FusedGeometry& geometry, FusedPlanes& out)
-      : frames_(frames),
-        reducer_(reducer),
+  Band(const RowReducer& reducer, const FusedGeometry& geometry, FusedPlanes& out)
+      : reducer_(reducer),
         geometry_(geometry),
         out_(out),
         rows_(out.mask.rows()),
@@ -180,7 +179,6 @@ class Band {
     total == nullptr ? square_roots(columns_, u) : pose_and_total(columns_, u_random, u, total);
   }
 
-  const FusedFrames& frames_;
   const RowReducer& reducer_;
   const FusedGeometry& geometry_;
   FusedPlanes& out_;
@@ -223,7 +221,7 @@ void fused_map(const FusedFrames& frames, const FusedGeometry& geometry, const F
   shape(out.expected_per_sr, rows, columns, options.with_expected);
   const int bands = (rows + kFusedBand - 1) / kFusedBand;
   tbb::parallel_for(tbb::blocked_range<int>(0, bands, 1), [&](const tbb::blocked_range<int>& range) {
-    Band band(frames, reducer, geometry, out);
+    Band band(reducer, geometry, out);
     for (int index = range.begin(); index < range.end(); ++index) band.run(index);
   });
 }
