@@ -120,7 +120,8 @@ Chart chart_of(const Case& c, const ChartSettings& s) {
         [&](std::uint64_t seed) { return adaptive_monte_carlo(b, r, tolerance, seed).factor.symmetric; });
   }
   for (const auto& [name, trials] : {std::pair{"draw and sort 1e4", 10'000}, {"draw and sort 1e6", 1'000'000}}) {
-    add(name, true, [&](std::uint64_t seed) { return naive(c, static_cast<std::size_t>(trials), seed); });
+    const auto count = static_cast<std::size_t>(trials);  // clang 14 takes no structured binding into a lambda
+    add(name, true, [&, count](std::uint64_t seed) { return naive(c, count, seed); });
     chart.rows.back().rival = true;
   }
   chart.error_lines.push_back(
