@@ -41,7 +41,8 @@ Frame cropped(const Frame& f, int left, int top, int right, int bottom) {
 class RealSpots : public testing::TestWithParam<std::tuple<RealFrame, SpotMethod>> {};
 
 TEST_P(RealSpots, CentroidStaysUnderDarkLevelCropAndNoise) {
-  const auto& [real, method] = GetParam();
+  const RealFrame& real = std::get<0>(GetParam());
+  const SpotMethod method = std::get<1>(GetParam());  // clang 14 takes no structured binding into a lambda
   const Frame frame = read_frame(std::string(SCATMAP_TEST_DATA "/frames/") + real.file);
   const auto target = [&](const Frame& f, const SensorModel& sensor) {
     const SpotsInFrame found = find_spots(spot_image(f, std::nullopt, sensor), method);
