@@ -9,6 +9,7 @@
 #include "scatmap/base/units.h"
 #include "tools/instrument_inputs.h"
 #include "tools/output_options.h"
+#include "tools/toml_comment.h"
 #include "tools/verbs.h"
 
 namespace scatmap::tools {
@@ -32,15 +33,6 @@ std::string provenance_lines(const Invocation& invocation, const std::vector<Inp
     if (static_cast<unsigned char>(c) < ' ' && c != '\n') c = ' ';
   }
   return text;
-}
-
-std::string commented(const std::string& lines) {
-  std::string out = "# ";
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    out += lines[i];
-    if (lines[i] == '\n' && i + 1 < lines.size()) out += "# ";
-  }
-  return out;
 }
 
 // The formats have no word for it; maps mask such pixels.
@@ -68,14 +60,15 @@ std::string imported(const Options& o, const Invocation& invocation) {
     throw Error({o.input, "holds the detector only", {}, "--instrument with arm, stage, beam and sample"});
   const Instrument like = read_instrument(o.instrument);
   const calib::Poni poni = calib::read_poni(o.input);
-  const std::string comment = provenance_lines(invocation, {record_input(o.input), record_input(o.instrument)});
+  const Provenance provenance{
+      invocation.command_line, "scatmap " + version(), {record_input(o.input), record_input(o.instrument)}};
   try {
     const Instrument out = calib::instrument_from_poni(poni, like, o.pose());
     sample_view(out, o.pose());
     if (like.calibration)
       std::fprintf(stderr, "note: the calibration in %s is left out: it describes another detector\n",
                    o.instrument.c_str());
-    return commented(comment) + to_toml(out);
+    return toml_comment(provenance) + to_toml(out);
   } catch (const Error& e) {
     throw with_context(o.input + " with " + o.instrument, e);
   }

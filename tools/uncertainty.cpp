@@ -183,7 +183,7 @@ void print_answer(const Answer& a, const char* unit) {
       a.verdict.valid ? "is good enough" : "FAILS, use the Monte Carlo interval");
 }
 
-// Sets of filters, from the largest alone to all, until one that all are in is calibrated for nothing.
+// Which sets of filters, from the largest alone to all, would have to be calibrated how well.
 void print_targets(const Answer& a, double target, nlohmann::json* json) {
   const double now = a.u.total() / std::abs(a.u.value);
   const std::vector<FilterTarget> sets = filter_targets(a.factors, a.u.relative_additive(), target);
@@ -202,7 +202,7 @@ void print_targets(const Answer& a, double target, nlohmann::json* json) {
   const bool reachable =
       std::any_of(sets.begin(), sets.end(), [](const FilterTarget& t) { return t.u_od.has_value(); });
   if (!reachable)
-    std::printf("%.3g %% in total: not by calibrating filters, whose share of %.3g %% is too small\n", 100 * target,
+    std::printf("%.3g %% in total: out of reach of any filter's calibration; now it is %.3g %%\n", 100 * target,
                 100 * now);
   for (const FilterTarget& t : sets) {
     if (!t.u_od) continue;

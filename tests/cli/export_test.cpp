@@ -39,7 +39,7 @@ TEST_F(Export, PoniThereAndBackIsTheSameDetector) {
   const Instrument a = read_instrument(lab_.path("instrument.toml")), b = read_instrument(lab_.path("back.toml"));
   for (const GeometryKey& key : geometry_keys())
     EXPECT_NEAR(b.geometry.*key.member, a.geometry.*key.member, 1e-14) << key.name;
-  EXPECT_NE(lab_.read("back.toml").find("# input out.poni sha256 "), std::string::npos);
+  EXPECT_NE(lab_.read("back.toml").find("# input: out.poni sha256 "), std::string::npos);
 }
 
 TEST_F(Export, CameramodelIsTheSameDetector) {

@@ -30,9 +30,8 @@ struct LensRow {
 
 /// Rays of a row of pixels by Newton's method, in vector instructions, then one by one where that has not converged;
 /// NaN where the lens has no answer on its unfolded side: between its axis and the first place where its image folds
-/// back or a denominator passes 0, looked for in kLensFoldSteps steps of
-/// angle. Error: the ray projects onto the pixel within
-/// kLensMaxError_px.
+/// back or a denominator passes 0, looked for in kLensFoldSteps steps of angle. Error: the ray projects onto the pixel
+/// within kLensMaxError_px.
 void unproject_row(const OpencvLens& lens, int row, ColumnRange columns, const LensRow& out);
 
 /// Angles behind the lens: unproject_row, then both angles of sample_from_camera·ray. NaN and kNoData where there is no

@@ -262,15 +262,17 @@ void write_residual_fits(const Comparison& comparison, const BrdfMap& like, cons
   const SampleView view = sample_view(like.instrument, like.pose);
   const std::optional<TanWcs> wcs = wcs_of(like.instrument, view);
   FitsWriter fits(target, overwrite);
-  if (comparison.residual) {
-    fits.image("RESIDUAL", "1", comparison.residual->normalised);
+  const auto finish = [&] {
     write_wcs(fits, wcs);
     write_provenance(fits, provenance);
     write_inputs(fits, provenance);
+  };
+  if (comparison.residual) {
+    fits.image("RESIDUAL", "1", comparison.residual->normalised);
+    finish();
   }
   fits.image("LOG10_RATIO", "1", comparison.log10_ratio);
-  write_wcs(fits, wcs);
-  write_provenance(fits, provenance);
+  finish();
   fits.commit();
 }
 
