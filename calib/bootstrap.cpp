@@ -1,7 +1,5 @@
 #include "calib/bootstrap.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -11,6 +9,7 @@
 
 #include "calib/linearisation.h"
 #include "scatmap/base/error.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap::calib {
 namespace {
@@ -154,7 +153,7 @@ Bootstrap bootstrap(const TargetList& list, const CalibrationResult& result, con
     throw Error({"bootstrap", "needs another number of trials", std::to_string(options.trials), "2 to 10 million"});
   const Bench bench(list, result);
   Eigen::MatrixXd samples(bench.numbers(), options.trials);
-  tbb::parallel_for(0, options.trials, [&](int k) {
+  for_each_index(options.trials, 1, [&](int k) {
     const auto values = bench.solved(bench.draw(options, static_cast<std::size_t>(k)));
     if (values) {
       samples.col(k) = bench.shifts(*values);

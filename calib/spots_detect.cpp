@@ -6,7 +6,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap::calib {
 namespace {

@@ -1,24 +1,15 @@
 #include "data-synthetic/render.h"
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <set>
 
 #include "data-synthetic/random.h"
 #include "data-synthetic/random_purpose.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap::synth {
 namespace {
-
-template <class Body>
-void for_each_row(int rows, const Body& body) {
-  tbb::parallel_for(tbb::blocked_range<int>(0, rows, 16), [&](const tbb::blocked_range<int>& range) {
-    for (int r = range.begin(); r != range.end(); ++r) body(r);
-  });
-}
 
 // Share of a Gaussian that falls on each pixel of one axis.
 std::vector<double> gaussian_shares(int pixels, double centre_px, double sigma_px) {
@@ -128,7 +119,7 @@ Grid<std::uint16_t> render_frame(const Grid<double>& signal_e, const SensorTruth
                                  const FrameKey& key) {
   Grid<float> charge_e = collected_e(signal_e, sensor, exposure_s, key);
   if (sensor.bloom) {
-    tbb::parallel_for(0, charge_e.columns(), [&](int c) { bloom_column(charge_e, c, sensor.full_well_e); });
+    for_each_index(charge_e.columns(), 1, [&](int c) { bloom_column(charge_e, c, sensor.full_well_e); });
   }
   return digitised(charge_e, sensor, key);
 }

@@ -1,14 +1,12 @@
 #include "data-synthetic/truth_maps.h"
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
-
 #include <algorithm>
 #include <limits>
 
 #include "data-synthetic/random.h"
 #include "data-synthetic/random_purpose.h"
 #include "data-synthetic/truth_geometry.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap::synth {
 namespace {
@@ -42,9 +40,7 @@ TruthMaps truth_maps(const Bench& bench, const ModelTruth& model, const TrueMoto
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const Grid<double> unseen(bench.rows, bench.columns, nan);
   TruthMaps maps{unseen, unseen, unseen, unseen, Grid<double>(bench.rows, bench.columns, 0)};
-  tbb::parallel_for(tbb::blocked_range<int>(0, bench.rows, 4), [&](const tbb::blocked_range<int>& range) {
-    for (int r = range.begin(); r != range.end(); ++r) fill_row(geometry, model, r, maps);
-  });
+  for_each_row(bench.rows, [&](int row) { fill_row(geometry, model, row, maps); });
   return maps;
 }
 

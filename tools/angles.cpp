@@ -14,7 +14,7 @@
 #include "scatmap/angles/frame_extent.h"
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 #include "scatmap/base/units.h"
 #include "scatmap/report/map_exr.h"
 #include "scatmap/report/map_fits.h"

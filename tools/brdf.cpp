@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 #include "scatmap/base/units.h"
 #include "scatmap/brdf/from_frames.h"
 #include "scatmap/report/map_exr.h"

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 #include "scatmap/brdf/merge.h"
 #include "scatmap/brdf/pose_uncertainty.h"
 #include "tools/chart/brdf_scene.h"

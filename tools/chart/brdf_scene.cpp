@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap::tools {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "scatmap/angles/angle_method.h"
 #include "scatmap/angles/lens.h"
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap {
 

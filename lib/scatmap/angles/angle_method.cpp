@@ -10,7 +10,7 @@
 #include "scatmap/angles/frame_extent.h"
 #include "scatmap/angles/linear_map.h"
 #include "scatmap/angles/opencv_lens.h"
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap {
 namespace {

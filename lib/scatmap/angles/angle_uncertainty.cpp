@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap {
 namespace {

@@ -16,7 +16,7 @@
 #include "scatmap/angles/lens_module.h"
 #include "scatmap/angles/opencv_lens.h"
 #include "scatmap/base/error.h"
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap {
 namespace fs = std::filesystem;

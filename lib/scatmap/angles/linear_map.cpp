@@ -8,7 +8,7 @@
 #include "scatmap/angles/frame_extent.h"
 #include "scatmap/angles/linear_kernel.h"
 #include "scatmap/angles/taylor_bound.h"
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap {
 namespace {

@@ -9,7 +9,7 @@
 #include "scatmap/angles/angle_row.h"
 #include "scatmap/angles/taylor_bound.h"
 #include "scatmap/angles/tile_kernel.h"
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap {
 namespace {

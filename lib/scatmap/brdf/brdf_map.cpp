@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap {
 

@@ -1,12 +1,11 @@
 #include "scatmap/brdf/frame_source.h"
 
-#include <tbb/parallel_for.h>
-
 #include <cmath>
 #include <exception>
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
+#include "scatmap/base/parallel.h"
 #include "scatmap/base/units.h"
 
 namespace scatmap {
@@ -43,13 +42,11 @@ void require_agreement(const std::optional<double>& in_file, double stated, doub
 std::vector<RecordedFrame> read_in_parallel(const std::vector<std::filesystem::path>& paths) {
   std::vector<RecordedFrame> out(paths.size());
   std::vector<std::exception_ptr> failures(paths.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, paths.size(), 1), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      try {
-        out[i] = read_recorded_frame(paths[i]);
-      } catch (...) {
-        failures[i] = std::current_exception();
-      }
+  for_each_index(paths.size(), std::size_t{1}, [&](std::size_t i) {
+    try {
+      out[i] = read_recorded_frame(paths[i]);
+    } catch (...) {
+      failures[i] = std::current_exception();
     }
   });
   for (const std::exception_ptr& failure : failures) {

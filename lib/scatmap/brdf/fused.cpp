@@ -1,7 +1,5 @@
 #include "scatmap/brdf/fused.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "scatmap/base/parallel.h"
 #include "scatmap/brdf/fused_kernels.h"
 #include "scatmap/brdf/pose_kernels.h"
 
@@ -220,9 +219,9 @@ void fused_map(const FusedFrames& frames, const FusedGeometry& geometry, const F
   shape(out.u_total_per_sr, rows, columns, options.with_total);
   shape(out.expected_per_sr, rows, columns, options.with_expected);
   const int bands = (rows + kFusedBand - 1) / kFusedBand;
-  tbb::parallel_for(tbb::blocked_range<int>(0, bands, 1), [&](const tbb::blocked_range<int>& range) {
+  for_ranges(bands, 1, [&](int first, int last) {
     Band band(reducer, geometry, out);
-    for (int index = range.begin(); index < range.end(); ++index) band.run(index);
+    for (int index = first; index < last; ++index) band.run(index);
   });
 }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 #include "scatmap/counts/expected_signal.h"
 
 namespace scatmap {

@@ -1,11 +1,10 @@
 #include "scatmap/brdf/overlap_sums.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "scatmap/base/parallel.h"
 #include "scatmap/counts/expected_signal.h"
 
 namespace scatmap {
@@ -166,7 +165,7 @@ void visit_pixels(std::span<const ScaledCounts> exposures, const Merged& merged,
   constexpr int kBand = 64;
   const int rows = merged.mask.rows();
   std::vector<Accumulator> bands(static_cast<std::size_t>((rows + kBand - 1) / kBand), out);
-  tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t i) {
+  for_each_index(bands.size(), std::size_t{1}, [&](std::size_t i) {
     const int first = static_cast<int>(i) * kBand;
     visit_rows(exposures, merged, first, std::min(rows, first + kBand), bands[i]);
   });

@@ -1,11 +1,10 @@
 #include "scatmap/brdf/pose_uncertainty.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <limits>
 #include <vector>
 
+#include "scatmap/base/parallel.h"
 #include "scatmap/brdf/pose_kernels.h"
 #include "scatmap/brdf/pose_tiles.h"
 
@@ -87,7 +86,7 @@ std::optional<Grid<float>> pose_uncertainty(const Instrument& instrument, const 
   const int rows = expected_per_sr.rows(), columns = expected_per_sr.columns();
   const PoseTiles tiles(sample_view(instrument, pose), calibration_changes(instrument, pose), rows, columns);
   Grid<float> out(rows, columns);
-  tbb::parallel_for(0, (rows + kPoseTile - 1) / kPoseTile, [&](int index) {
+  for_each_index((rows + kPoseTile - 1) / kPoseTile, 1, [&](int index) {
     const std::vector<PoseTiles::Tile> band = tiles.band(index);
     const int first = index * kPoseTile, last = std::min(rows, first + kPoseTile);
     PaddedRows padded(expected_per_sr);

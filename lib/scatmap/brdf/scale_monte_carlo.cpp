@@ -1,5 +1,3 @@
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -8,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "scatmap/base/parallel.h"
 #include "scatmap/brdf/scale_statistics.h"
 
 namespace scatmap {
@@ -219,13 +218,11 @@ FactorStatistics monte_carlo(const ScaleBudget& budget, double relative_normal, 
   const std::size_t blocks = std::max<std::size_t>(1, (trials + kBlock - 1) / kBlock);
   constexpr std::size_t kParts = 8;  // fixed, so that sums do not depend on the number of threads
   std::vector<Histogram> parts(kParts, empty_histogram(d));
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, kParts, 1), [&](const tbb::blocked_range<std::size_t>& range) {
-    for (std::size_t part = range.begin(); part < range.end(); ++part) {
-      for (std::size_t b = part; b < blocks; b += kParts) {
-        std::vector<double> factor(std::min(kBlock, trials - b * kBlock));
-        block_of_trials(d, b * kBlock, factor);
-        parts[part].add(factor);
-      }
+  for_each_index(kParts, std::size_t{1}, [&](std::size_t part) {
+    for (std::size_t b = part; b < blocks; b += kParts) {
+      std::vector<double> factor(std::min(kBlock, trials - b * kBlock));
+      block_of_trials(d, b * kBlock, factor);
+      parts[part].add(factor);
     }
   });
   for (std::size_t part = 1; part < kParts; ++part) parts[0].add(parts[part]);
@@ -243,11 +240,9 @@ AdaptiveResult adaptive_monte_carlo(const ScaleBudget& budget, double relative_n
   std::vector<std::vector<double>> factors(kBatch, std::vector<double>(kBlock));
   std::array<BlockEstimate, kBatch> estimates;
   while (!out.converged && out.trials < kMostTrials) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, kBatch, 1), [&](const tbb::blocked_range<std::size_t>& range) {
-      for (std::size_t b = range.begin(); b < range.end(); ++b) {
-        block_of_trials(d, out.trials + b * kBlock, factors[b]);
-        estimates[b] = estimate(factors[b]);
-      }
+    for_each_index(kBatch, std::size_t{1}, [&](std::size_t b) {
+      block_of_trials(d, out.trials + b * kBlock, factors[b]);
+      estimates[b] = estimate(factors[b]);
     });
     for (std::size_t b = 0; b < kBatch; ++b) {
       all.add(factors[b]);

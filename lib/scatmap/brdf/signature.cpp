@@ -7,7 +7,7 @@
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string>
 
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap {
 namespace {

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "scatmap/base/number_text.h"
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "scatmap/base/error.h"
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 #include "scatmap/counts/row_kernels.h"
 
 namespace scatmap {

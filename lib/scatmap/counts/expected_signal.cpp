@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 
 namespace scatmap {
 namespace {

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include <tbb/parallel_for.h>
-
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 #include "scatmap/model/culled.h"
 #include "scatmap/model/pixel_average.h"
 
@@ -52,7 +50,7 @@ void FrameModel::fill_tiles(std::span<double> values) const {
   const ModelTolerance tolerance{options_.tolerance_rel, peak_floor(kernel_, plane_, rows_, columns_)};
   const auto fill_tile = options_.pixel_average ? pixel_average_tile : culled_tile;
   const int down = (rows_ + kTileRows - 1) / kTileRows, across = (columns_ + kTileColumns - 1) / kTileColumns;
-  tbb::parallel_for(0, down * across, [&](int i) {
+  for_each_index(down * across, 1, [&](int i) {
     const int row = i / across * kTileRows, column = i % across * kTileColumns;
     const Tile tile{column, row, std::min(kTileColumns, columns_ - column), std::min(kTileRows, rows_ - row)};
     fill_tile(kernel_, plane_, tolerance, tile, values.data(), static_cast<std::size_t>(columns_));

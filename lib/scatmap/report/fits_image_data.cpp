@@ -1,7 +1,6 @@
 #include "scatmap/report/fits_image_data.h"
 
 #include <fcntl.h>
-#include <tbb/parallel_for.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "scatmap/base/error.h"
+#include "scatmap/base/parallel.h"
 #include "scatmap/report/fits_bytes.h"
 #include "scatmap/report/fits_sum.h"
 
@@ -103,9 +103,9 @@ std::uint32_t write_image_data(const FitsImageData& data, const PositionedFile& 
         const std::size_t pixels = grid->size();
         sums.resize((pixels + kBlock - 1) / kBlock);
         const auto pixel_bytes = pixels == 0 ? 0 : data.bytes() / static_cast<std::int64_t>(pixels);
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sums.size(), 4), [&](const auto& range) {
+        for_ranges(sums.size(), std::size_t{4}, [&](std::size_t from, std::size_t to) {
           Block block;
-          for (std::size_t i = range.begin(); i < range.end(); ++i) {
+          for (std::size_t i = from; i < to; ++i) {
             const std::size_t first = i * kBlock, count = std::min(kBlock, pixels - first);
             const Encoded e = encode(std::span(grid->data() + first, count), data, block);
             sums[i] = e.sum;

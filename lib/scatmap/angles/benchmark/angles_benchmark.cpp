@@ -7,7 +7,7 @@
 #include "scatmap/angles/angle_row.h"
 #include "scatmap/angles/direction_pixels.h"
 #include "scatmap/angles/opencv_lens.h"
-#include "scatmap/base/parallel_rows.h"
+#include "scatmap/base/parallel.h"
 #include "scatmap/base/units.h"
 
 namespace scatmap {
