@@ -69,7 +69,8 @@ TEST(AngleKernel, NearInTheBaselineIsWithinTheBound) {
 }
 
 TEST(AngleKernel, TileRowsInTheBaselineAreWithinFloatArithmetic) {
-  kernel::RowPolynomial p{-128, 0.5f, 3.0f, {1e-9f, 3e-5f, 1e-10f, 2e-15f, 1e-20f}, {2e-9f, -4e-5f, 3e-10f, 1e-15f, 0}};
+  kernel::RowPolynomial<float> p{
+      -128, 0.5f, 3.0f, {1e-9f, 3e-5f, 1e-10f, 2e-15f, 1e-20f}, {2e-9f, -4e-5f, 3e-10f, 1e-15f, 0}};
   std::vector<float> t(257), f(257), theta(257), phi(257);
   kernel::tile_row<4>(p, 257, t.data(), f.data());
   kernel::run_tile_row(4, p, 257, theta.data(), phi.data());
@@ -77,6 +78,16 @@ TEST(AngleKernel, TileRowsInTheBaselineAreWithinFloatArithmetic) {
     EXPECT_LE(std::abs(t[i] - theta[i]), 6e-8f);  // one unit of the last place of 0.5
     EXPECT_LE(std::abs(f[i] - phi[i]), 2.4e-7f);
   }
+}
+
+TEST(AngleKernel, DoubleTileRowsInTheBaselineAreWithinTheBound) {
+  kernel::RowPolynomial<double> p{-128, 0.5, 3.0, {1e-9, 3e-5, 1e-10, 2e-15}, {2e-9, -4e-5, 3e-10, 1e-15}};
+  for (std::size_t k = 4; k <= 10; ++k) p.theta_part[k] = p.phi_part[k] = std::pow(3e-5, static_cast<double>(k));
+  Angles here, picked;
+  kernel::tile_row<10>(p, 257, here.theta.data(), here.phi.data());
+  kernel::run_tile_row(10, p, 257, picked.theta.data(), picked.phi.data());
+  EXPECT_LE(direction_difference(here, picked), 2 * kVectorMaxError_rad);
+  EXPECT_GT(here.theta[256], 0.5);
 }
 
 template <class T>

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "scatmap/angles/angle_row.h"
 #include "scatmap/angles/frame_extent.h"
 #include "scatmap/angles/taylor_bound.h"
 #include "tests/support/random_instrument.h"
@@ -95,6 +96,49 @@ TEST(AngleMethod, TaylorRemainderOfDegreeZeroBoundsTheChange) {
     EXPECT_LE(change, bound);
   }
   EXPECT_GT(finite, 1000);
+}
+
+// Tiles in double, asked for remainders that rounding does not hide: every degree from 5 to 10 comes into play.
+// @return of all errors the largest, as a share of the remainder allowed and the rounding
+double worst_tile_share(const SampleView& view, int rows, int columns, const TilePlan& plan) {
+  AngleMap map{0, {rows, columns}, {rows, columns}, {}, {}};
+  write_tile_map(view, plan, map);
+  const double allowed = plan.truncation_rad + vector_bound_rad(frame_extent(view, rows, columns));
+  double worst = 0;
+  for (int r = 0; r < rows; r += 3) {
+    for (int c = 0; c < columns; c += 5) {
+      long double p[3];
+      for (int k = 0; k < 3; ++k) p[k] = view.origin[k] + (long double)c * view.column_step[k] + r * view.row_step[k];
+      const long double rho = std::hypot(p[0], p[1]);
+      const long double d_theta = map.theta_s_rad(r, c) - std::atan2(rho, p[2]);
+      const long double d_phi =
+          std::remainder(map.phi_s_rad(r, c) - std::atan2(p[1], p[0]) - std::numbers::pi_v<long double>,
+                         2 * std::numbers::pi_v<long double>);
+      const auto share = static_cast<double>(std::hypot(d_theta, d_phi * rho / std::hypot(rho, p[2])) /
+                                             static_cast<long double>(allowed));
+      if (!(share <= worst)) worst = share;
+    }
+  }
+  return worst;
+}
+
+TEST(AngleMethod, TilesInDoubleKeepTheirRemainder) {
+  double largest = 0;
+  for (const double theta_deg : {2.0, 20.0, 60.0, 80.0}) {
+    const SampleView view = paper_view(theta_deg);
+    for (const double truncation_rad : {1e-8, 1e-10, 1e-12, 1e-14, kVectorTruncation_rad}) {
+      for (int width = 64; width <= 1024; width *= 4) {
+        const TilePlan plan{width, truncation_rad, 1};
+        const double share = worst_tile_share(view, 200, 1024, plan);
+        EXPECT_LE(share, 1) << theta_deg << " " << truncation_rad << " " << width;
+        if (truncation_rad >= 1e-12) largest = std::max(largest, share);
+      }
+    }
+    if (theta_deg >= 20) {
+      EXPECT_EQ(plan_tiles<double>(view, 1024, 1024, kVectorTruncation_rad).polynomial_share, 1) << theta_deg;
+    }
+  }
+  EXPECT_GT(largest, 1e-3);  // the bound is not so wide that it says nothing
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 #include <cmath>
+#include <numbers>
 
 #include "scatmap/angles/angle_kernel.h"
 #include "scatmap/angles/pixel_plane.h"
@@ -34,6 +35,32 @@ kernel::FarSegment<T> far_segment(const WideRay& reference, const Vector3<double
   const TwoParts<T> x(reference.x / r), y(reference.y / r), z(reference.z / r);
   const auto part = [&](int k) { return static_cast<T>(step[k] / r); };
   return {static_cast<T>(first_d), x.high, y.high, z.high, x.rest, y.rest, z.rest, part(0), part(1), part(2)};
+}
+
+/// Whether every point within `half` steps of the reference lies so near it that small_arctangent serves for both
+/// angles, with phi off the seam.
+bool is_near_line(const Vector3<double>& reference, const Vector3<double>& step, double half);
+
+/// The same line for points near the reference. @pre is_near_line
+template <class T>
+kernel::NearSegment<T> near_segment(const WideRay& p, const Vector3<double>& u, double first_d) {
+  const Wide rho2 = p.x * p.x + p.y * p.y, r2 = rho2 + p.z * p.z, rho = std::sqrt(rho2), r = std::sqrt(r2);
+  const Wide across = p.x * u.y() - p.y * u.x(), along = p.x * u.x() + p.y * u.y();
+  const TwoParts<T> phi(std::atan2(p.y, p.x) + std::numbers::pi_v<Wide>), theta(std::atan2(rho, p.z));
+  kernel::NearSegment<T> out;
+  out.first_d = static_cast<T>(first_d);
+  out.phi = phi.high;
+  out.phi_rest = phi.rest;
+  out.theta = theta.high;
+  out.theta_rest = theta.rest;
+  out.turn = static_cast<T>(across / rho2);
+  out.stretch = static_cast<T>(along / rho2);
+  out.rho = static_cast<T>(rho / r);
+  out.z = static_cast<T>(p.z / r);
+  out.rho2_linear = static_cast<T>(2 * along / r2);
+  out.rho2_square = static_cast<T>((Wide(u.x()) * u.x() + Wide(u.y()) * u.y()) / r2);
+  out.z_step = static_cast<T>(u.z() / r);
+  return out;
 }
 
 }  // namespace scatmap

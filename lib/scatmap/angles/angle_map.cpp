@@ -41,7 +41,7 @@ AngleMap angle_map(const Instrument& instrument, const Pose& pose) {
     return angle_map(view, load_lens_rays(*instrument.lens_cameramodel, instrument.columns, instrument.rows));
   const int rows = instrument.rows, columns = instrument.columns;
   AngleMap map{0, {rows, columns}, {rows, columns}, {rows, columns}, {rows, columns}};
-  write_angle_map(view, {.method = AngleMethod::kVector, .tiles = {}}, map);
+  write_angle_map(view, with_method(AngleMethod::kVector, view, rows, columns, 0), map);
   return map;
 }
 

@@ -51,7 +51,7 @@ void write_exact(const SampleView& view, AngleMap& map) {
 AngleChoice tile_choice(const SampleView& view, int rows, int columns, double tolerance_rad, double single_rad) {
   constexpr double kWorth_rad = 1e-9;
   const double truncation = std::max(tolerance_rad - single_rad, kWorth_rad);
-  return {AngleMethod::kTile, single_rad + truncation, 0, plan_tiles(view, rows, columns, truncation)};
+  return {AngleMethod::kTile, single_rad + truncation, 0, plan_tiles<float>(view, rows, columns, truncation)};
 }
 
 }  // namespace
@@ -70,6 +70,7 @@ AngleChoice with_method(AngleMethod method, const SampleView& view, int rows, in
   const FrameExtent extent = frame_extent(view, rows, columns);
   const double single_rad = single_bound_rad(extent, view);
   AngleChoice choice{method, vector_bound_rad(extent), 0, {}};
+  if (method == AngleMethod::kVector) choice.tiles = plan_tiles<double>(view, rows, columns, kVectorTruncation_rad);
   if (method == AngleMethod::kExact) choice.bound_rad = exact_bound_rad(extent);
   if (method == AngleMethod::kSingle) choice.bound_rad = single_rad;
   if (method == AngleMethod::kLinear) choice.bound_rad = linear_bound_rad(view, rows, columns);
@@ -93,6 +94,8 @@ AngleChoice choose_angle_method(const SampleView& view, int rows, int columns, d
 void write_angle_map(const SampleView& view, const AngleChoice& choice, AngleMap& map) {
   if (choice.method == AngleMethod::kExact)
     write_exact(view, map);
+  else if (choice.tiles.polynomial_share > 0)
+    write_tile_map(view, choice.tiles, map);
   else
     write_rows(view, map);
 }

@@ -23,7 +23,7 @@ struct AngleChoice {
   AngleMethod method = AngleMethod::kVector;
   double bound_rad = 0;  ///< of the direction: theta and sin(theta)·phi, root of squares
   double bound_px = 0;   ///< the same over the frame's finest pixel step
-  TilePlan tiles;        ///< kTile only
+  TilePlan tiles;        ///< kTile and kVector
 };
 
 /// The method's bound on the frame. @param tolerance_px what `tile` may take; the others do not read it

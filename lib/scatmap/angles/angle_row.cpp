@@ -19,44 +19,11 @@ struct Segment {
   double half() const { return 0.5 * (columns.size() - 1); }
 };
 
-// Whether every pixel lies so near the reference that small_arctangent serves for both angles, with phi off the seam.
-bool is_near(const Segment& s) {
-  constexpr double kRange = 0.999 * kSmallArctangentRange, kSeam = 1e-6;  // more than float32 rounds
-  const Vector3<double> p = s.view.pixel(s.middle(), s.row);
-  const Vector3<double>& u = s.view.column_step;
-  const double h = s.half(), rho2 = p.x() * p.x() + p.y() * p.y();
-  // |tan| of the angle between two directions is |a × b|/a·b; theta changes by no more than the direction.
-  const double turn = h * std::abs(p.x() * u.y() - p.y() * u.x());
-  const double flat = rho2 - h * std::abs(p.x() * u.x() + p.y() * u.y());
-  const double way = h * p.cross(u).norm(), along = p.squaredNorm() - h * std::abs(p.dot(u));
-  // Half way to the pole and farther, rho² = rho_ref² + rise loses digits; and in float32 rho² must not vanish.
-  if (!(flat >= 0.5 * rho2 && rho2 > 1e-12 * p.squaredNorm())) return false;
-  if (!(turn <= kRange * flat && way <= kRange * along)) return false;
-  // The seam lies at y = 0, x < 0.
-  return p.x() > 0 || std::abs(p.y()) * flat > turn * std::sqrt(rho2) + kSeam * rho2 * std::sqrt(rho2);
-}
+bool is_near(const Segment& s) { return is_near_line(s.view.pixel(s.middle(), s.row), s.view.column_step, s.half()); }
 
 template <class T>
 kernel::NearSegment<T> near_segment(const Segment& s) {
-  const WideRay p = wide_ray(s.view, s.middle(), s.row);
-  const Vector3<double>& u = s.view.column_step;
-  const Wide rho2 = p.x * p.x + p.y * p.y, r2 = rho2 + p.z * p.z, rho = std::sqrt(rho2), r = std::sqrt(r2);
-  const Wide across = p.x * u.y() - p.y * u.x(), along = p.x * u.x() + p.y * u.y();
-  const TwoParts<T> phi(std::atan2(p.y, p.x) + std::numbers::pi_v<Wide>), theta(std::atan2(rho, p.z));
-  kernel::NearSegment<T> out;
-  out.first_d = static_cast<T>(s.columns.first - s.middle());
-  out.phi = phi.high;
-  out.phi_rest = phi.rest;
-  out.theta = theta.high;
-  out.theta_rest = theta.rest;
-  out.turn = static_cast<T>(across / rho2);
-  out.stretch = static_cast<T>(along / rho2);
-  out.rho = static_cast<T>(rho / r);
-  out.z = static_cast<T>(p.z / r);
-  out.rho2_linear = static_cast<T>(2 * along / r2);
-  out.rho2_square = static_cast<T>((Wide(u.x()) * u.x() + Wide(u.y()) * u.y()) / r2);
-  out.z_step = static_cast<T>(u.z() / r);
-  return out;
+  return near_segment<T>(wide_ray(s.view, s.middle(), s.row), s.view.column_step, s.columns.first - s.middle());
 }
 
 template <class T>

@@ -43,6 +43,7 @@ ColumnRange visible_columns(const SampleView& view, int row, ColumnRange columns
 
 /// On frames whose farthest pixel is FrameExtent::spread times as far from the spot as the nearest, times spread.
 inline constexpr double kVectorMaxError_rad = 6e-16;
+inline constexpr double kVectorTruncation_rad = 2e-17;  ///< of that, what the tiles of whole maps leave out
 inline constexpr double kRowSolidAngleMaxError = 2e-15;
 inline constexpr double kRowCosineMaxError = 5e-16;
 /// Rounding of theta (6e-8) and of phi (2.4e-7 past 4 rad) in float32, and the arithmetic's.

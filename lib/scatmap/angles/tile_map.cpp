@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "scatmap/angles/angle_line.h"
 #include "scatmap/angles/angle_row.h"
@@ -52,10 +54,19 @@ bool off_seam_and_horizon(const SampleView& view, const Tile& tile) {
   return above && !(left && up && down);
 }
 
-bool polynomial_serves(const SampleView& view, const Tile& tile, int degree, double truncation_rad) {
+// The least degree that serves a tile; nullopt if none does.
+template <class T>
+std::optional<int> degree_for(const SampleView& view, const Tile& tile, double truncation_rad) {
+  const bool regular = view.detector_normal.dot(view.origin) > 0 && off_seam_and_horizon(view, tile) &&
+                       is_near_line(view.pixel(tile.middle_column(), tile.middle_row()), view.row_step,
+                                    0.5 * static_cast<double>(tile.rows() - 1));
+  if (!regular) return std::nullopt;
+  const LineSize size = line_size(view, tile);
   const double half = 0.5 * (tile.columns.size() - 1);
-  return view.detector_normal.dot(view.origin) > 0 && off_seam_and_horizon(view, tile) &&
-         taylor_remainder_rad(line_size(view, tile), half, degree) <= truncation_rad;
+  for (int degree = kernel::kLeastTileDegree<T>; degree <= kernel::kTileDegree<T>; ++degree) {
+    if (taylor_remainder_rad(size, half, degree) <= truncation_rad) return degree;
+  }
+  return std::nullopt;
 }
 
 // Some of a frame's tiles, spread over it: a plan is chosen by them, and each tile is then judged by itself.
@@ -74,64 +85,89 @@ void for_sampled_tiles(int rows, int columns, int tile_columns, Work&& work) {
 }
 
 // What a plan costs, in ns; only ratios count, and only for the choice.
+struct Prices {
+  double pixel, pixel_per_degree, row, other_pixel;
+};
+template <class T>
+constexpr Prices kPrices{0.08, 0.02, 18, 0.6};
+template <>
+constexpr Prices kPrices<double>{0.2, 0.03, 30, 1.0};
+
 struct Cost {
   double total = 0;
   double pixels = 0, polynomial_pixels = 0;
 };
 
+template <class T>
 Cost cost_of(const SampleView& view, int rows, int columns, const TilePlan& plan) {
-  constexpr double kPixel = 0.08, kPixelPerDegree = 0.02, kRow = 18, kSinglePixel = 0.6;
+  constexpr Prices kPrice = kPrices<T>;
   Cost cost;
   for_sampled_tiles(rows, columns, plan.columns, [&](const Tile& tile) {
     const double pixels = static_cast<double>(tile.rows()) * tile.columns.size();
     cost.pixels += pixels;
-    if (polynomial_serves(view, tile, plan.degree, plan.truncation_rad)) {
-      cost.total += pixels * (kPixel + kPixelPerDegree * plan.degree) + kRow * static_cast<double>(tile.rows());
+    if (const auto degree = degree_for<T>(view, tile, plan.truncation_rad)) {
+      cost.total +=
+          pixels * (kPrice.pixel + kPrice.pixel_per_degree * *degree) + kPrice.row * static_cast<double>(tile.rows());
       cost.polynomial_pixels += pixels;
     } else {
-      cost.total += pixels * kSinglePixel;
+      cost.total += pixels * kPrice.other_pixel;
     }
   });
   return cost;
 }
 
-kernel::TileCoefficients coefficients(const SampleView& view, const Tile& tile) {
+template <class T>
+struct PreparedTile {
+  Tile tile;
+  std::optional<int> degree;  ///< of its polynomials; the rest is not filled without
+  double theta_rad, phi_rad;  ///< of the middle
+  kernel::TileCoefficients<kernel::kTileDegree<T>> along;
+};
+
+template <class T>
+void prepare(const SampleView& view, PreparedTile<T>& out) {
+  const Tile& tile = out.tile;
   const WideRay middle = wide_ray(view, tile.middle_column(), tile.middle_row());
   const double first_d = tile.first_row - tile.middle_row();
+  kernel::NearSegment<double> near = near_segment<double>(middle, view.row_step, first_d);
+  out.theta_rad = std::exchange(near.theta, 0);  // the rows' angles are taken from the middle's: nothing is rounded off
+  out.phi_rad = std::exchange(near.phi, 0);
+  kernel::run_near(near, tile.rows(), out.along.theta[0].data(), out.along.phi[0].data());
   const kernel::FarSegment<double> down = far_segment<double>(middle, view.row_step, first_d);
   const kernel::FarSegment<double> along = far_segment<double>(middle, view.column_step, 0);
-  kernel::TileCoefficients c;
-  kernel::run_far(down, tile.rows(), c.theta[0].data(), c.phi[0].data());
   kernel::run_tile_series({first_d, down.x, down.y, down.z, down.x_step, down.y_step, down.z_step, along.x_step,
                            along.y_step, along.z_step},
-                          tile.rows(), c);
-  return c;
+                          out.along);
 }
 
-void write_polynomial_row(const Tile& tile, const kernel::TileCoefficients& c, int degree, int row,
-                          AngleMapOf<float>& map) {
+template <class T>
+void write_polynomial_row(const PreparedTile<T>& t, int row, AngleMapOf<T>& map) {
+  const Tile& tile = t.tile;
   const auto i = static_cast<std::size_t>(row - tile.first_row), at = static_cast<std::size_t>(tile.columns.first);
-  kernel::RowPolynomial p{};
-  p.first_d = static_cast<float>(tile.columns.first - tile.middle_column());
-  p.theta = static_cast<float>(c.theta[0][i]);
-  p.phi = static_cast<float>(c.phi[0][i]);
-  p.theta_part[0] = static_cast<float>(c.theta[0][i] - static_cast<double>(p.theta));
-  p.phi_part[0] = static_cast<float>(c.phi[0][i] - static_cast<double>(p.phi));
-  for (std::size_t k = 1; k <= static_cast<std::size_t>(degree); ++k) {
-    p.theta_part[k] = static_cast<float>(c.theta[k][i]);
-    p.phi_part[k] = static_cast<float>(c.phi[k][i]);
+  const auto &theta = t.along.theta, &phi = t.along.phi;
+  kernel::RowPolynomial<T> p{};
+  p.first_d = static_cast<T>(tile.columns.first - tile.middle_column());
+  p.theta = static_cast<T>(t.theta_rad + theta[0][i]);
+  p.phi = static_cast<T>(t.phi_rad + phi[0][i]);
+  p.theta_part[0] = static_cast<T>((t.theta_rad - static_cast<double>(p.theta)) + theta[0][i]);
+  p.phi_part[0] = static_cast<T>((t.phi_rad - static_cast<double>(p.phi)) + phi[0][i]);
+  for (std::size_t k = 1; k <= static_cast<std::size_t>(*t.degree); ++k) {
+    p.theta_part[k] = static_cast<T>(theta[k][i]);
+    p.phi_part[k] = static_cast<T>(phi[k][i]);
   }
-  kernel::run_tile_row(degree, p, static_cast<std::size_t>(tile.columns.size()), map.theta_s_rad.row(row).data() + at,
-                       map.phi_s_rad.row(row).data() + at);
+  kernel::run_tile_row(*t.degree, p, static_cast<std::size_t>(tile.columns.size()),
+                       map.theta_s_rad.row(row).data() + at, map.phi_s_rad.row(row).data() + at);
 }
 
-std::span<float> part(Grid<float>& grid, int row, ColumnRange columns) {
+template <class T>
+std::span<T> part(Grid<T>& grid, int row, ColumnRange columns) {
   if (grid.empty()) return {};
   return grid.row(row).subspan(static_cast<std::size_t>(columns.first), static_cast<std::size_t>(columns.size()));
 }
 
-void write_single_row(const SampleView& view, ColumnRange columns, int row, AngleMapOf<float>& map) {
-  AngleRow<float> out;
+template <class T>
+void write_other_row(const SampleView& view, ColumnRange columns, int row, AngleMapOf<T>& map) {
+  AngleRow<T> out;
   out.theta_s_rad = part(map.theta_s_rad, row, columns);
   out.phi_s_rad = part(map.phi_s_rad, row, columns);
   angle_row(view, row, columns, out);
@@ -140,66 +176,65 @@ void write_single_row(const SampleView& view, ColumnRange columns, int row, Angl
 // Tiles side by side, written row after row: memory likes long runs.
 constexpr int kGroup = 16;
 
-struct PreparedTile {
-  Tile tile;
-  bool polynomial;
-  kernel::TileCoefficients coefficients;
-};
-
-void write_group(const SampleView& view, const TilePlan& plan, const Tile& group, AngleMapOf<float>& map) {
-  std::array<PreparedTile, kGroup> tiles;
+template <class T>
+void write_group(const SampleView& view, const TilePlan& plan, const Tile& group, AngleMapOf<T>& map) {
+  std::array<PreparedTile<T>, kGroup> tiles;
   std::size_t n = 0;
   for (int c = group.columns.first; c < group.columns.last; c += plan.columns, ++n) {
-    PreparedTile& t = tiles[n];
+    PreparedTile<T>& t = tiles[n];
     t.tile = {group.first_row, group.last_row, {c, std::min(c + plan.columns, group.columns.last)}};
-    t.polynomial = polynomial_serves(view, t.tile, plan.degree, plan.truncation_rad);
-    if (t.polynomial) t.coefficients = coefficients(view, t.tile);
+    t.degree = degree_for<T>(view, t.tile, plan.truncation_rad);
+    if (t.degree) prepare(view, t);
   }
   for (int row = group.first_row; row < group.last_row; ++row) {
     for (std::size_t i = 0; i < n; ++i) {
-      const PreparedTile& t = tiles[i];
-      if (t.polynomial)
-        write_polynomial_row(t.tile, t.coefficients, plan.degree, row, map);
+      const PreparedTile<T>& t = tiles[i];
+      if (t.degree)
+        write_polynomial_row(t, row, map);
       else
-        write_single_row(view, t.tile.columns, row, map);
+        write_other_row(view, t.tile.columns, row, map);
     }
   }
 }
 
 }  // namespace
 
+template <class T>
 TilePlan plan_tiles(const SampleView& view, int rows, int columns, double truncation_rad) {
   TilePlan best;
   double lowest = std::numeric_limits<double>::infinity();
-  for (int degree = 1; degree <= kernel::kTileDegree; ++degree) {
-    for (int width = 64; width <= 1024; width *= 2) {
-      TilePlan plan{width, degree, truncation_rad, 0};
-      const Cost cost = cost_of(view, rows, columns, plan);
-      if (!(cost.total < lowest * cost.pixels)) continue;
-      lowest = cost.total / cost.pixels;
-      plan.polynomial_share = cost.polynomial_pixels / cost.pixels;
-      best = plan;
-    }
+  for (int width = 64; width <= 1024; width *= 2) {
+    TilePlan plan{width, truncation_rad, 0};
+    const Cost cost = cost_of<T>(view, rows, columns, plan);
+    if (!(cost.total < lowest * cost.pixels)) continue;
+    lowest = cost.total / cost.pixels;
+    plan.polynomial_share = cost.polynomial_pixels / cost.pixels;
+    best = plan;
   }
   return best;
 }
 
-void write_tile_map(const SampleView& view, const TilePlan& plan, AngleMapOf<float>& map) {
-  const Grid<float>& shape = map.theta_s_rad;
-  const int rows = shape.rows(), columns = shape.columns();
+template <class T>
+void write_tile_map(const SampleView& view, const TilePlan& plan, AngleMapOf<T>& map) {
+  const int rows = map.theta_s_rad.rows(), columns = map.theta_s_rad.columns();
   map.theta_i_rad = incidence_angle(view);
   const int bands = (rows + kernel::kTileRows - 1) / kernel::kTileRows;
-  for_each_row(bands, [&](int band) {
+  for_each_index(bands, 1, [&](int band) {
     const int first = band * kernel::kTileRows, last = std::min(first + kernel::kTileRows, rows);
     for (int c = 0; c < columns; c += kGroup * plan.columns)
       write_group(view, plan, {first, last, {c, std::min(c + kGroup * plan.columns, columns)}}, map);
     for (int r = first; r < last; ++r) {
-      AngleRow<float> rest;
+      AngleRow<T> rest;
       rest.solid_angle_sr = part(map.solid_angle_sr, r, {0, columns});
       if (!map.mask.empty()) rest.mask = map.mask.row(r);
       angle_row(view, r, {0, columns}, rest);
     }
   });
 }
+
+template TilePlan plan_tiles<float>(const SampleView&, int, int, double);
+template TilePlan plan_tiles<double>(const SampleView&, int, int, double);
+template void write_tile_map(const SampleView&, const TilePlan&, AngleMapOf<float>&);
+template void write_tile_map(const SampleView&, const TilePlan&, AngleMapOf<double>&);
 
 }  // namespace scatmap
