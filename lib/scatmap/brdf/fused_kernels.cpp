@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -81,26 +82,63 @@ const std::array<OfCount, kFull + 1>& of_counts() {
 
 }  // namespace
 
-SCATMAP_CLONES bool clean_row(const Mask* mask, int pixels, const CleanRow& row, std::uint8_t* good) {
-  double* value = row.value;
+namespace {
+
+constexpr std::int64_t kInfinite = 0x7ff0000000000000, kMagnitude = 0x7fffffffffffffff;
+
+// Whether all values and the sums of their variances are finite: by the largest bit patterns, which order as magnitudes
+// do, NaN past infinity.
+SCATMAP_INLINE bool all_finite(const CleanRow& row, int pixels) {
+  const double* value = row.value;
   const float *floor = row.floor, *shot = row.shot;
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < pixels; ++i) good[i] = std::abs(value[i]) <= kLargest ? 1 : 0;
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < pixels; ++i) {
-    const bool finite = floor[i] + shot[i] <= std::numeric_limits<float>::max();
-    good[i] = static_cast<std::uint8_t>(good[i] & (finite ? 1 : 0));
-  }
-  std::uint8_t odd = 0;
+  std::int64_t largest = 0;
   SCATMAP_INDEPENDENT
   for (int i = 0; i < pixels; ++i) {
-    const auto unmasked = static_cast<std::uint8_t>(mask[i] == 0 ? 1 : 0);
-    odd = static_cast<std::uint8_t>(odd | (unmasked & (1 ^ good[i])));
-    good[i] = static_cast<std::uint8_t>(unmasked & good[i]);
+    const std::int64_t bits = std::bit_cast<std::int64_t>(value[i]) & kMagnitude;
+    largest = bits > largest ? bits : largest;
   }
+  constexpr std::int32_t kFloatInfinite = 0x7f800000, kFloatMagnitude = 0x7fffffff;
+  std::int32_t largest_sum = 0;
   SCATMAP_INDEPENDENT
-  for (int i = 0; i < pixels; ++i) value[i] = good[i] != 0 ? value[i] : 0;
-  return odd != 0;
+  for (int i = 0; i < pixels; ++i) {
+    const std::int32_t bits = std::bit_cast<std::int32_t>(floor[i] + shot[i]) & kFloatMagnitude;
+    largest_sum = bits > largest_sum ? bits : largest_sum;
+  }
+  return largest < kInfinite && largest_sum < kFloatInfinite;
+}
+
+SCATMAP_INLINE void clear_masked(const Mask* mask, int n, double* value, std::uint8_t* good) {
+  Mask any = 0;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < n; ++i) {
+    any = static_cast<Mask>(any | mask[i]);
+    good[i] = static_cast<std::uint8_t>(mask[i] == 0 ? 1 : 0);
+  }
+  for (int i = 0; any != 0 && i < n; ++i) value[i] = mask[i] == 0 ? value[i] : 0;
+}
+
+// Rows in which something overflowed. @return whether that is so where the mask does not say so
+SCATMAP_INLINE bool clean_odd_row(const Mask* mask, int pixels, const CleanRow& row, std::uint8_t* good) {
+  bool odd = false;
+  for (int i = 0; i < pixels; ++i) {
+    const bool finite =
+        std::abs(row.value[i]) <= kLargest && row.floor[i] + row.shot[i] <= std::numeric_limits<float>::max();
+    odd = odd || (mask[i] == 0 && !finite);
+    good[i] = mask[i] == 0 && finite ? 1 : 0;
+    if (good[i] == 0) row.value[i] = 0;
+  }
+  return odd;
+}
+
+}  // namespace
+
+SCATMAP_CLONES bool clean_row(const Mask* mask, int pixels, const CleanRow& row, std::uint8_t* good) {
+  if (!all_finite(row, pixels)) return clean_odd_row(mask, pixels, row, good);
+  constexpr int kBlock = 64;  // most blocks have no masked pixel
+  int first = 0;
+  for (; first + kBlock <= pixels; first += kBlock) clear_masked(mask + first, kBlock, row.value + first, good + first);
+  clear_masked(mask + first, pixels - first, row.value + first, good + first);
+  return false;
 }
 
 namespace {
@@ -168,13 +206,16 @@ GeometryRow geometry_row(const SampleView& view, int row) {
           view.pixel_area_m2};
 }
 
-SCATMAP_CLONES void inverse_projected_row(const GeometryRow& row, int pixels, double* out) {
-  const GeometryRow g = row;
+SCATMAP_CLONES void inverse_projected_row(const GeometryRow& g, int pixels, double* out) {
+  // |D|² as a polynomial along the row; D along the normal is the same for all pixels of a plane.
+  const double square = g.x * g.x + g.y * g.y + g.z * g.z, z = g.z, z_step = g.z_step,
+               linear = 2 * (g.x * g.x_step + g.y * g.y_step + g.z * g.z_step),
+               quadratic = g.x_step * g.x_step + g.y_step * g.y_step + g.z_step * g.z_step,
+               scale = 1 / (g.area_m2 * g.facing);
   SCATMAP_INDEPENDENT
   for (int i = 0; i < pixels; ++i) {
-    const double x = g.x + i * g.x_step, y = g.y + i * g.y_step, z = g.z + i * g.z_step;
-    const double r2 = x * x + y * y + z * z;
-    out[i] = r2 * r2 / (g.area_m2 * (g.facing + i * g.facing_step) * z);
+    const double r2 = square + i * (linear + i * quadratic);
+    out[i] = r2 * r2 * scale / (z + i * z_step);
   }
 }
 
@@ -184,21 +225,20 @@ SCATMAP_CLONES bool brdf_row(const CleanRow& in, const double* expected, const d
   const float *floor = in.floor, *shot = in.shot;
   double *brdf = out.brdf_per_sr, *expected_f = out.expected_per_sr;
   float* u_random = out.u_random_per_sr;
+  std::int64_t largest = 0;  // bit pattern
   SCATMAP_INDEPENDENT
   for (int i = 0; i < pixels; ++i) {
-    const double e = expected[i], inverse = inverse_projected[i];
-    const double f = e == e ? value[i] * inverse : kNaN;  // expected is NaN where the pixel is not good
+    const double e = expected[i], inverse = inverse_projected[i], quotient = value[i] * inverse;
+    const double f = e == e ? quotient : kNaN;  // expected is NaN where the pixel is not good
     const auto variance =
         static_cast<float>(variance_at(e, static_cast<double>(floor[i]), static_cast<double>(shot[i])));
     brdf[i] = f;
     expected_f[i] = e * inverse;
     u_random[i] = static_cast<float>(static_cast<double>(std::sqrt(variance)) * inverse + 0 * f);
+    const std::int64_t bits = std::bit_cast<std::int64_t>(quotient) & kMagnitude;
+    largest = bits > largest ? bits : largest;
   }
-  // Inside the frame an infinite f is no less rare than an overflow of the quotient; then the whole row is looked at.
-  int infinite = 0;
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < pixels; ++i) infinite |= std::abs(brdf[i]) > kLargest ? 1 : 0;
-  return infinite != 0;
+  return largest >= kInfinite;
 }
 
 }  // namespace scatmap

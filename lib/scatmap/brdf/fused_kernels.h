@@ -5,8 +5,8 @@
 #include "scatmap/base/mask.h"
 #include "scatmap/counts/row_kernels.h"
 
-/// The vector loops of fused.cpp, one row at a time. Rows of `value` and `good` have kRowMargin readable zeros on either
-/// side.
+/// The vector loops of fused.cpp, one row at a time. Rows of `value` and `good` have kRowMargin readable zeros on
+/// either side.
 namespace scatmap {
 
 inline constexpr int kWindowReach = 2;
@@ -52,7 +52,7 @@ struct BrdfRow {
   double* expected_per_sr;  ///< NaN where the map is
 };
 
-/// Divides by Ω cos theta_s; NaN where not good. @return whether any good pixel gave an infinite value
+/// Divides by Ω cos theta_s; NaN where not good. @return whether any pixel may have given an infinite value
 /// @param expected NaN where not good
 bool brdf_row(const CleanRow& in, const double* expected, const double* inverse_projected, int pixels,
               const BrdfRow& out);

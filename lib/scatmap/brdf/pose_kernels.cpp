@@ -1,6 +1,8 @@
 #include "scatmap/brdf/pose_kernels.h"
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "scatmap/base/simd.h"
 
@@ -51,7 +53,20 @@ SCATMAP_INLINE float coefficient(const RowForm& q, int k, float t) { return q.a[
 SCATMAP_INLINE float square_of(const RowForm& q, float t, float f, float x, float y) {
   const float s = f * (f * coefficient(q, 0, t) + x * coefficient(q, 1, t) + y * coefficient(q, 2, t)) +
                   x * (x * coefficient(q, 3, t) + y * coefficient(q, 4, t)) + y * y * coefficient(q, 5, t);
-  return s > 0 ? s : 0 * s;  // rounding may leave a hair below 0; NaN stays
+  return 0 > s ? 0 : s;  // rounding may leave a hair below 0; NaN stays
+}
+
+// From the first to the last NaN.
+SCATMAP_INLINE ColumnSpan absent_span(const float* square, int first_column, int n) {
+  int first = n, last = 0;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < n; ++i) {
+    const bool absent = square[i] != square[i];
+    const int from = absent ? i : n, past = absent ? i + 1 : 0;
+    first = from < first ? from : first;
+    last = past > last ? past : last;
+  }
+  return {first_column + first, first_column + last};
 }
 
 }  // namespace
@@ -71,15 +86,14 @@ SCATMAP_CLONES ColumnSpan form_squares(const RowForm& form, float per_column, co
     const auto x = static_cast<float>(here[i + 1] - here[i - 1]), y = static_cast<float>(below[i] - above[i]);
     to[i] = square_of(q, static_cast<float>(i) * per_column, static_cast<float>(here[i]), 0.5f * x, 0.5f * y);
   }
-  int first = n, last = 0;
+  std::int32_t largest = 0;  // bit pattern of a square: NaN is past infinity
   SCATMAP_INDEPENDENT
   for (int i = 0; i < n; ++i) {
-    const bool absent = to[i] != to[i];
-    const int from = absent ? i : n, past = absent ? i + 1 : 0;
-    first = from < first ? from : first;
-    last = past > last ? past : last;
+    const std::int32_t bits = std::bit_cast<std::int32_t>(to[i]) & 0x7fffffff;
+    largest = bits > largest ? bits : largest;
   }
-  return {first_column + first, first_column + last};
+  constexpr std::int32_t kInfinite = 0x7f800000;
+  return largest > kInfinite ? absent_span(to, first_column, n) : ColumnSpan{last_column, last_column};
 }
 
 SCATMAP_CLONES void square_roots(int pixels, float* square) {

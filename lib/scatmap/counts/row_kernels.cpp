@@ -33,26 +33,25 @@ SCATMAP_INLINE void linearise(const float* raw, int n, const SensorModel& s, dou
   for (int i = 0; i < n; ++i) out[i] = bias + (static_cast<double>(raw[i]) - bias) * (1 + out[i]);
 }
 
+template <bool kFirst>
 SCATMAP_INLINE void mark_raw(const float* raw, int n, float saturation, Mask* mask) {
   SCATMAP_INDEPENDENT
   for (int i = 0; i < n; ++i) {
     const Mask saturated = raw[i] >= saturation ? kSaturated : Mask{0};
     const Mask absent = raw[i] != raw[i] ? kNoData : Mask{0};
-    mask[i] = static_cast<Mask>(mask[i] | saturated | absent);
+    mask[i] = static_cast<Mask>((kFirst ? Mask{0} : mask[i]) | saturated | absent);
   }
 }
 
 template <bool kDarks>
 SCATMAP_INLINE void sum(std::span<const float* const> raw, int n, const SensorModel& sensor, StripSums& s) {
   const float saturation = float_at_or_above(sensor.saturation_dn);
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < n; ++i) s.mask[i] = 0;
   linearise(raw[0], n, sensor, s.first);
-  mark_raw(raw[0], n, saturation, s.mask);
+  mark_raw<true>(raw[0], n, saturation, s.mask);
   alignas(64) double value[kStrip];
   for (std::size_t k = 1; k < raw.size(); ++k) {
     linearise(raw[k], n, sensor, value);
-    mark_raw(raw[k], n, saturation, s.mask);
+    mark_raw<false>(raw[k], n, saturation, s.mask);
     if (k == 1) {
       SCATMAP_INDEPENDENT
       for (int i = 0; i < n; ++i) {
@@ -94,8 +93,9 @@ SCATMAP_INLINE void mean_rate(const StripSums& s, const StripInputs& in, const R
     const double per_s = per_s_at(i);
     const double mean = kOne ? s.first[i] : s.first[i] + s.sum[i] * per_frame;
     rate[i] = (mean - static_cast<double>(level[i])) * per_s;
-    shot[i] = static_cast<float>(per_s / gain * per_frame);
   }
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < n; ++i) shot[i] = static_cast<float>(per_s_at(i) / gain * per_frame);
   if (dark_floor == nullptr) {
     SCATMAP_INDEPENDENT
     for (int i = 0; i < n; ++i) {
@@ -125,6 +125,10 @@ SCATMAP_INLINE int mark_doubtful(StripSums& s, const StripInputs& in, const Redu
     const double range = s.largest[i] - s.least[i];
     s.doubtful[i] = range * range <= limit2 ? 0 : 1;
   }
+  Mask raw = 0;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < n; ++i) raw = static_cast<Mask>(raw | s.mask[i]);
+  if (one && (raw & kNoData) == 0) return 0;
   std::uint8_t any = 0;
   SCATMAP_INDEPENDENT
   for (int i = 0; i < n; ++i) {
