@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -18,7 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kColumns = 40, kRows = 24, kFrames = 3;
+constexpr int kColumns = 40, kRows = 24, kFrames = 3, kLargeSide = 16384;
+constexpr int kColumnStride = 13;  // of wide frames, every so many columns are looked at
 constexpr double kBias_dn = 300, kAperture_px = 9;
 constexpr int kHot_dn = 10000;
 
@@ -27,12 +29,18 @@ struct Bench {
   double gain_e_per_dn = 1.5;
   double exposure_s = 0.05, signature_s = 2;
   double od = 3, signature_od = 7;
-  Grid<int> sample{kRows, kColumns, 2000}, dark{kRows, kColumns, 300}, signature{kRows, kColumns, 300};
+  double pitch_um = 300, row_offset_mm = 0;
+  Grid<int> sample, dark, signature;
+  int rows() const { return sample.rows(); }
+  int columns() const { return sample.columns(); }
+  int stride() const { return columns() > kColumns ? kColumnStride : 1; }
 };
 
-Bench plain() {
+Bench plain(int columns = kColumns) {
   Bench b;
-  const int middle_row = kRows / 2, middle_column = kColumns / 2;
+  b.sample = Grid<int>(kRows, columns, 2000);
+  b.dark = b.signature = Grid<int>(kRows, columns, 300);
+  const int middle_row = kRows / 2, middle_column = columns / 2;
   for (int dr = -2; dr <= 2; ++dr) {
     for (int dc = -2; dc <= 2; ++dc)
       b.signature(middle_row + dr, middle_column + dc) += 30000 / (1 + dr * dr * dr * dr + dc * dc * dc * dc);
@@ -56,9 +64,19 @@ void fill(Grid<int>& frame, int value) {
   for (int& v : frame) v = value;
 }
 
+// A strip of a frame of 16384 x 16384 pixels, whose planes would take ten gigabytes.
+Bench strip_of_large(int first_row) {
+  Bench b = plain(kLargeSide);
+  b.pitch_um = 5.5;
+  b.row_offset_mm = (first_row + 0.5 * (kRows - 1) - 0.5 * (kLargeSide - 1)) * b.pitch_um * 1e-3;
+  return b;
+}
+
 std::vector<Regime> regimes() {
   return {
       {"plain", plain()},
+      {"16384 x 16384 frame, its first rows", strip_of_large(0)},
+      {"16384 x 16384 frame, its last rows", strip_of_large(kLargeSide - kRows)},
       {"counts all 0", changed([](Bench& b) { fill(b.sample, 0); })},
       {"counts all 1", changed([](Bench& b) { fill(b.sample, 1); })},
       {"one electron above the dark", changed([](Bench& b) { fill(b.sample, 301); })},
@@ -120,12 +138,13 @@ void write_pgms(const Grid<int>& frame, const fs::path& folder, const std::strin
   }
 }
 
-synth::Bench geometry() {
+synth::Bench geometry(const Bench& bench) {
   synth::Bench b;
-  b.columns = kColumns;
-  b.rows = kRows;
-  b.pitch_um = {300, 300};
+  b.columns = bench.columns();
+  b.rows = bench.rows();
+  b.pitch_um = {bench.pitch_um, bench.pitch_um};
   b.distance_mm = 325;
+  b.offset_mm = {0, bench.row_offset_mm};
   return b;
 }
 
@@ -146,7 +165,9 @@ fs::path written(const Bench& b, const fs::path& folder) {
   write_pgms(b.dark, folder, "dark");
   write_pgms(b.signature, folder, "signature");
   std::ofstream(folder / "instrument.toml")
-      << "[detector]\ncolumns = " << kColumns << "\nrows = " << kRows << "\npitch_um = [300, 300]\ndistance_mm = 325\n"
+      << "[detector]\ncolumns = " << b.columns() << "\nrows = " << b.rows() << "\npitch_um = ["
+      << number_text(b.pitch_um) << ", " << number_text(b.pitch_um) << "]\ndistance_mm = 325\noffset_mm = [0, "
+      << number_text(b.row_offset_mm) << "]\n"
       << "[sensor]\ngain_e_per_dn = " << number_text(b.gain_e_per_dn)
       << "\nread_noise_e = 8\nsaturation_dn = 60000\nbias_dn = " << number_text(kBias_dn) << "\n";
   const auto filter = [](const char* name, double od) {
@@ -169,26 +190,38 @@ double beam_dn(const Bench& b) {
   return sum;
 }
 
-// The measurement equation by hand; nothing where the pixel is no good.
-std::optional<long double> expected(const Bench& b, int row, int column) {
-  for (int dr = -1; dr <= 1; ++dr) {
-    for (int dc = -1; dc <= 1; ++dc) {
-      const int r = row + dr, c = column + dc;
-      // A pixel that is hot in the darks is full by itself and spills nothing.
-      const bool inside = r >= 0 && r < kRows && c >= 0 && c < kColumns;
-      if (inside && b.sample(r, c) >= 60000 && b.dark(r, c) < kHot_dn) return std::nullopt;
-    }
+// The measurement equation by hand.
+class Expected {
+ public:
+  explicit Expected(const Bench& b)
+      : b_(b),
+        geometry_(geometry(b), kStage_deg, kArm_deg),
+        beam_rate_(beam_dn(b) / (b.signature_s * std::pow(10.0L, -static_cast<long double>(b.signature_od)))) {}
+
+  /// Nothing where the pixel is no good.
+  std::optional<long double> at(int row, int column) const {
+    const auto pixel = geometry_.pixel(column, row);
+    if (spoilt(row, column) || b_.dark(row, column) > kHot_dn || !pixel) return std::nullopt;
+    const long double rate = (b_.sample(row, column) - b_.dark(row, column)) /
+                             (b_.exposure_s * std::pow(10.0L, -static_cast<long double>(b_.od)));
+    return rate / beam_rate_ / (pixel->solid_angle_sr * std::cos(pixel->theta_s_rad));
   }
-  if (b.dark(row, column) > kHot_dn) return std::nullopt;
-  const synth::TruthGeometry truth(geometry(), kStage_deg, kArm_deg);
-  const auto pixel = truth.pixel(column, row);
-  if (!pixel) return std::nullopt;
-  const long double beam = beam_dn(b);
-  const long double sample_rate =
-      (b.sample(row, column) - b.dark(row, column)) / (b.exposure_s * std::pow(10.0L, -static_cast<long double>(b.od)));
-  const long double beam_rate = beam / (b.signature_s * std::pow(10.0L, -static_cast<long double>(b.signature_od)));
-  return sample_rate / beam_rate / (pixel->solid_angle_sr * std::cos(pixel->theta_s_rad));
-}
+
+ private:
+  // By its own saturation or a neighbour's. A pixel that is hot in the darks is full by itself and spills nothing.
+  bool spoilt(int row, int column) const {
+    for (int r = std::max(0, row - 1); r <= std::min(b_.rows() - 1, row + 1); ++r) {
+      for (int c = std::max(0, column - 1); c <= std::min(b_.columns() - 1, column + 1); ++c) {
+        if (b_.sample(r, c) >= 60000 && b_.dark(r, c) < kHot_dn) return true;
+      }
+    }
+    return false;
+  }
+
+  const Bench& b_;
+  synth::TruthGeometry geometry_;
+  long double beam_rate_;
+};
 
 struct Method {
   const char* name;
@@ -206,10 +239,11 @@ std::vector<Method> methods() {
 
 // Worst relative error; says what is wrong otherwise.
 std::pair<double, std::string> judged(const BrdfMap& map, const Bench& b) {
+  const Expected expected(b);
   double worst = 0;
-  for (int row = 0; row < kRows; ++row) {
-    for (int column = 0; column < kColumns; ++column) {
-      const auto truth = expected(b, row, column);
+  for (int row = 0; row < b.rows(); ++row) {
+    for (int column = 0; column < b.columns(); column += b.stride()) {
+      const auto truth = expected.at(row, column);
       const bool good = map.mask(row, column) == 0;
       if (good != truth.has_value()) return {worst, good ? "number where there is none" : "no number"};
       if (!good) {
@@ -233,10 +267,11 @@ double amplification(const Bench& b, const Method& method, const BrdfMap& map, S
   for (double* v : {&moved.exposure_s, &moved.od}) *v = step(*v);
   const PrivateFolder folder;
   const BrdfMap after = method.map(read_measurement(written(moved, folder.path())));
+  const Expected before(b), then(moved);
   double answer = 0, truth = 0;
-  for (int row = 0; row < kRows; ++row) {
-    for (int column = 0; column < kColumns; ++column) {
-      const auto from = expected(b, row, column), to = expected(moved, row, column);
+  for (int row = 0; row < b.rows(); ++row) {
+    for (int column = 0; column < b.columns(); column += b.stride()) {
+      const auto from = before.at(row, column), to = then.at(row, column);
       if (!from || !to || *from == 0 || map.mask(row, column) != 0 || after.mask(row, column) != 0) continue;
       const auto scale = static_cast<double>(std::abs(*from));
       truth = std::max(truth, static_cast<double>(std::abs(*to - *from)) / scale);
@@ -252,8 +287,9 @@ bool some_pixel_expected(const Bench& b) {
   }
   constexpr double kSeen_e = 400;  // fewer electrons in the beam's five by five pixels drown in their own noise
   if (!(beam_dn(b) * b.gain_e_per_dn > kSeen_e)) return false;
-  for (int i = 0; i < kRows * kColumns; ++i) {
-    if (expected(b, i / kColumns, i % kColumns)) return true;
+  const Expected expected(b);
+  for (int i = 0; i < b.rows() * b.columns(); i += b.stride()) {
+    if (expected.at(i / b.columns(), i % b.columns())) return true;
   }
   return false;
 }
