@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
 #include <vector>
 
@@ -46,9 +45,8 @@ class Band {
         out_(out),
         rows_(out.mask.rows()),
         columns_(out.mask.columns()),
-        inverse_(static_cast<std::size_t>(columns_)),
-        unused_f_(inverse_.size()),
-        unused_u_(inverse_.size()) {}
+        unused_f_(static_cast<std::size_t>(columns_)),
+        unused_u_(unused_f_.size()) {}
 
   void run(int index) {
     first_ = index * kFusedBand;
@@ -57,15 +55,16 @@ class Band {
     constexpr int kBloom1 = 1, kGradient = 1;
     const int window_first = first_ - kGradient - kWindowReach, window_last = last_ + kGradient + kWindowReach;
     for (int row = window_first - kBloom1; row < window_last + kBloom1; ++row) {
+      next_row_ = row + 1;
+      asked_ = on_frame(next_row_) ? 0 : columns_;
       reduce_row(row);
-      ask_for(row + 1, {0});
+      ask_for_more();
       if (row - 1 >= window_first) clean(row - 1);
-      ask_for(row + 1, {1, 2});
+      ask_for_more();
       const int middle = row - 1 - kWindowReach;
       if (middle >= first_ - kGradient) finish(middle);
-      ask_for(row + 1, {3});
+      ask_for_more();
       if (middle - kGradient >= first_) add_pose(middle - kGradient);
-      ask_for(row + 1, {4});
     }
   }
 
@@ -74,10 +73,11 @@ class Band {
   CleanRow at(int row) { return {value_.at(row), floor_.at(row), shot_.at(row)}; }
   bool in_band(int row) const { return row >= first_ && row < last_; }
 
-  // The next row's inputs arrive while this one is worked on.
-  void ask_for(int row, std::initializer_list<int> parts) const {
-    if (!on_frame(row)) return;
-    for (const int part : parts) reducer_.prefetch(row, part);
+  // Some more of the next row's inputs are on their way while this one is worked on.
+  void ask_for_more() {
+    if (asked_ >= columns_) return;
+    reducer_.prefetch(next_row_, asked_);
+    asked_ += RowReducer::kAhead;
   }
 
   void reduce_row(int row) {
@@ -116,17 +116,35 @@ class Band {
       window.value[k] = value_.at(row + k - kWindowReach);
       window.good[k] = good_.at(row + k - kWindowReach);
     }
-    expected_row(window, floor_.at(row), shot_.at(row), columns_, expected_.at(row));
     const bool kept = in_band(row);
     Mask* mask = mask_.at(row);
     const bool all_seen = fill_inverse(row, mask);
     const BrdfRow to{kept ? out_.brdf_per_sr.row(row).data() : unused_f_.data(),
                      kept ? out_.u_random_per_sr.row(row).data() : unused_u_.data(), expected_f};
-    const bool infinite = brdf_row(at(row), expected_.at(row), inverse_.data(), columns_, to);
+    bool infinite = false;
+    for (int c = 0; c < columns_; c += kStrip) infinite = finish_chunk(window, row, c, to) || infinite;
     if (infinite || !all_seen || odd_.at(static_cast<std::size_t>(row) % kWindowRows)) mask_row(mask, to);
     if (!kept) return;
     std::copy_n(mask, columns_, out_.mask.row(row).data());
     if (!out_.expected_per_sr.empty()) std::copy_n(expected_f, columns_, out_.expected_per_sr.row(row).data());
+  }
+
+  // Columns that stay in the first-level cache from kernel to kernel.
+  bool finish_chunk(const WindowRows& window, int row, int first, const BrdfRow& to) {
+    const int n = std::min(kStrip, columns_ - first);
+    WindowRows part = window;
+    for (int k = 0; k < kWindowRows; ++k) {
+      part.value[k] += first;
+      part.good[k] += first;
+    }
+    const CleanRow in{value_.at(row) + first, floor_.at(row) + first, shot_.at(row) + first};
+    ask_for_more();
+    expected_row(part, in.floor, in.shot, n, expected_.data());
+    ask_for_more();
+    const bool infinite = brdf_row(in, expected_.data(), inverse_.at(row) + first, n,
+                                   {to.brdf_per_sr + first, to.u_random_per_sr + first, to.expected_per_sr + first});
+    ask_for_more();
+    return infinite;
   }
 
   // 1/(Ω cos theta_s) of a row. @return whether the detector and the sample see each other all along it: if not, the
@@ -134,7 +152,7 @@ class Band {
   bool fill_inverse(int row, Mask* mask) {
     if (geometry_.angles != nullptr) return fill_inverse_from(*geometry_.angles, row, mask);
     const GeometryRow g = geometry_row(geometry_.view, row);
-    inverse_projected_row(g, columns_, inverse_.data());
+    inverse_projected_row(g, columns_, inverse_.at(row));
     const double last = columns_ - 1;  // both are linear along a row
     if (g.z > 0 && g.z + last * g.z_step > 0 && g.facing > 0 && g.facing + last * g.facing_step > 0) return true;
     for (int c = 0; c < columns_; ++c) {
@@ -148,8 +166,7 @@ class Band {
   bool fill_inverse_from(const AngleMap& angles, int row, Mask* mask) {
     bool all = true;
     for (int c = 0; c < columns_; ++c) {
-      inverse_[static_cast<std::size_t>(c)] =
-          1 / (angles.solid_angle_sr(row, c) * std::cos(angles.theta_s_rad(row, c)));
+      inverse_.at(row)[c] = 1 / (angles.solid_angle_sr(row, c) * std::cos(angles.theta_s_rad(row, c)));
       mask[c] |= angles.mask(row, c);
       all = all && angles.mask(row, c) == 0;
     }
@@ -182,6 +199,7 @@ class Band {
   const FusedGeometry& geometry_;
   FusedPlanes& out_;
   int rows_, columns_, first_ = 0, last_ = 0;
+  int next_row_ = 0, asked_ = 0;  // columns of the next row that are on their way
   RowReducer::Scratch scratch_;
   std::vector<PoseTiles::Tile> tiles_;
   std::array<bool, 3> spills_{};
@@ -190,9 +208,10 @@ class Band {
   RowRing<double, kWindowRows + 1> value_{columns_, kRowMargin, 0.0};
   RowRing<std::uint8_t, kWindowRows + 1> good_{columns_, kRowMargin, std::uint8_t{0}};
   RowRing<float, kWindowRows + 1> floor_{columns_, 0, 0.f}, shot_{columns_, 0, 0.f};
-  RowRing<double, 1> expected_{columns_, 0, 0.0};
   RowRing<double, 3> expected_f_{columns_, kRowMargin, kNaN};
-  std::vector<double> inverse_, unused_f_;
+  alignas(64) std::array<double, kStrip> expected_;
+  RowRing<double, 1> inverse_{columns_, 0, 0.0};
+  std::vector<double> unused_f_;
   std::vector<float> unused_u_;
 };
 

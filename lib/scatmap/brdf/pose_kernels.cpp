@@ -56,6 +56,18 @@ SCATMAP_INLINE float square_of(const RowForm& q, float t, float f, float x, floa
   return 0 > s ? 0 : s;  // rounding may leave a hair below 0; NaN stays
 }
 
+// The form in whole differences between neighbours, which are twice the slopes. Powers of two: nothing is rounded.
+SCATMAP_INLINE RowForm of_differences(const RowForm& form) {
+  constexpr float kShare[8] = {1, 0.5f, 0.5f, 0.25f, 0.25f, 0.25f, 1, 1};
+  RowForm q;
+  for (int k = 0; k < 8; ++k) {
+    q.a[k] = form.a[k] * kShare[k];
+    q.b[k] = form.b[k] * kShare[k];
+    q.c[k] = form.c[k] * kShare[k];
+  }
+  return q;
+}
+
 // From the first to the last NaN.
 SCATMAP_INLINE ColumnSpan absent_span(const float* square, int first_column, int n) {
   int first = n, last = 0;
@@ -77,14 +89,14 @@ float form_square(const RowForm& form, float t, const Gradient& g) {
 
 SCATMAP_CLONES ColumnSpan form_squares(const RowForm& form, float per_column, const GradientRows& f, int first_column,
                                        int last_column, float* out) {
-  const RowForm q = form;  // a local copy: nothing that `out` could overlap
+  const RowForm q = of_differences(form);  // and a local copy: nothing that `out` could overlap
   const int n = last_column - first_column;
   const double *above = f.above + first_column, *here = f.here + first_column, *below = f.below + first_column;
   float* to = out + first_column;
   SCATMAP_INDEPENDENT
   for (int i = 0; i < n; ++i) {
     const auto x = static_cast<float>(here[i + 1] - here[i - 1]), y = static_cast<float>(below[i] - above[i]);
-    to[i] = square_of(q, static_cast<float>(i) * per_column, static_cast<float>(here[i]), 0.5f * x, 0.5f * y);
+    to[i] = square_of(q, static_cast<float>(i) * per_column, static_cast<float>(here[i]), x, y);
   }
   std::int32_t largest = 0;  // bit pattern of a square: NaN is past infinity
   SCATMAP_INDEPENDENT

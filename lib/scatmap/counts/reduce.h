@@ -51,8 +51,10 @@ class RowReducer {
   };
   /// @return values rejected as outliers
   std::size_t row(int row, const CountsRow& out, Scratch& scratch) const;
-  /// Asks for a fifth of a row's inputs, so that they arrive while the row before is worked on. @param part 0 to 4
-  void prefetch(int row, int part) const;
+  /// Asks for the inputs of kAhead columns of a row, so that they arrive while the row before is worked on. A few at a
+  /// time: a processor waits when too many lines are under way.
+  void prefetch(int row, int first_column) const;
+  static constexpr int kAhead = 144;
 
  private:
   std::size_t judge(int row, int column, std::vector<double>& values, const CountsRow& out) const;
