@@ -77,22 +77,9 @@ part_asan() {
   ctest --preset asan -j "$jobs"
 }
 
-# The tests in which threads share something. oneTBB's own synchronisation is not instrumented: tests/support/tsan.supp.
 part_tsan() {
-  local tests="test_angles_angle_map test_angles_lens test_brdf_merge test_model_model test_synth_render test_counts_reduce"
-  tests=$(for t in $tests; do [ -f "tests/$(echo "${t#test_}" | sed 's/_/\//')_test.cpp" ] && echo "$t"; done)
-  # shellcheck disable=SC2086
-  build tsan scatmap $tests
-  export TSAN_OPTIONS="suppressions=$root/tests/support/tsan.supp halt_on_error=1"
-  for test in $tests; do
-    ".build/tsan/tests/$test" >"$scratch/log" 2>&1 || { tail -n 60 "$scratch/log"; exit 1; }
-    echo "tsan: $test"
-  done
-  local tool=$root/.build/tsan/tools/scatmap
-  lab "$tool"
-  (cd "$scratch/lab" && "$tool" brdf measurement.toml -o map.fits && "$tool" model model.toml --like map.fits -o m.fits &&
-    "$tool" compare map.fits m.fits --pictures none -o c) >/dev/null
-  echo "tsan: simulate, brdf, model, compare"
+  build tsan all
+  ctest --preset tsan -j "$jobs"
 }
 
 # Readers under memcheck: uninitialised values, which AddressSanitizer does not see.

@@ -49,6 +49,16 @@ TEST(TomlTable, NamesFileLineAndKey) {
   EXPECT_NE(message([&] { t.reject_unknown_keys(); }).find("is not a known key"), std::string::npos);
 }
 
+TEST(TomlTable, AMissingKeyNamesTheOneThatMayBeMeant) {
+  const TomlTable t = TomlTable::parse("distance_mm = 3\nexposre_s = 1\nod = 2\n", "f.toml");
+  EXPECT_EQ(message([&] { t.number("exposure_s", kPositive); }),
+            "f.toml:1: exposure_s: is missing, got exposre_s in line 2, expected a number > 0");
+  EXPECT_EQ(message([&] { t.string("distnce_m"); }),
+            "f.toml:1: distnce_m: is missing, got distance_mm in line 1, expected a string");
+  for (const char* other : {"exposure_ms_each", "id", "od_2"})
+    EXPECT_EQ(message([&] { t.string(other); }).find("got"), std::string::npos) << other;
+}
+
 TEST(TomlTable, NonFiniteNumbersAreRefusedEverywhere) {
   const TomlTable t = TomlTable::parse("a = nan\nb = inf\nc = [1, nan]\nd = [[1, inf]]\n", "f.toml");
   EXPECT_THROW(t.number("a"), Error);

@@ -4,6 +4,7 @@
 // Does not prove it for every system call that can fail.
 #include <sys/mount.h>
 
+#include <array>
 #include <atomic>
 #include <thread>
 
@@ -102,8 +103,13 @@ TEST_F(Faults, ReadOnlyFolder) {
 }
 
 TEST_F(Faults, FileThatMayNotGrow) {
+#if defined(__SANITIZE_THREAD__)
+  constexpr std::array<rlim_t, 1> kLimits{100};  // its run-time writes a file of its own before main
+#else
+  constexpr std::array<rlim_t, 2> kLimits{0, 100};
+#endif
   for (const Writer& w : writers()) {
-    for (const rlim_t bytes : {0, 100}) {
+    for (const rlim_t bytes : kLimits) {
       put_old(lab_, w);
       const Content old = content(lab_, w);
       expect_refused(w, run_limited(w.command, lab_.folder(), {{}, {}, bytes}), old, std::to_string(bytes) + " bytes");

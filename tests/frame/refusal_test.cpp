@@ -151,16 +151,42 @@ TEST(FrameRefusal, FitsStructure) {
        "more data than the file has"},
       // CFITSIO reserved 320 GB for these columns (found by fuzzing).
       {"table of too many columns",
-       fits_header(empty_primary()) + fits_header({{"XTENSION", "'BINTABLE'"},
-                                                   {"BITPIX", "8"},
-                                                   {"NAXIS", "2"},
-                                                   {"NAXIS1", "2"},
-                                                   {"NAXIS2", "1"},
-                                                   {"PCOUNT", "0"},
-                                                   {"GCOUNT", "1"},
-                                                   {"TFIELDS", "2147483648"}}) +
+       fits_header(empty_primary()) +
+           fits_header({{"XTENSION", "'BINTABLE'"},
+                        {"BITPIX", "8"},
+                        {"NAXIS", "2"},
+                        {"NAXIS1", "2"},
+                        {"NAXIS2", "1"},
+                        {"PCOUNT", "0"},
+                        {"GCOUNT", "1"},
+                        {"TFIELDS", "2147483648"}}) +
            fits_data(kTwo),
        "(TFIELDS): is out of range, got 2147483648, expected 0 to 999"},
+      // CFITSIO counts cards, took another one for TFIELDS and asked for petabytes (found by fuzzing).
+      {"table whose TFIELDS is not the eighth card",
+       fits_header(empty_primary()) +
+           fits_header({{"XTENSION", "'BINTABLE'"},
+                        {"BITPIX", "8"},
+                        {"NAXIS", "2"},
+                        {"NAXIS1", "2"},
+                        {"NAXIS2", "1"},
+                        {"PCOUNT", "0"},
+                        {"GCOUNT", "1"},
+                        {"OTHER", "2147483648"},
+                        {"TFIELDS", "1"}}) +
+           fits_data(kTwo),
+       "HDU 2, card 8: is not the keyword that must stand here, got OTHER, expected TFIELDS"},
+      {"table of one axis",
+       fits_header(empty_primary()) +
+           fits_header({{"XTENSION", "'BINTABLE'"},
+                        {"BITPIX", "8"},
+                        {"NAXIS", "1"},
+                        {"NAXIS1", "2"},
+                        {"PCOUNT", "0"},
+                        {"GCOUNT", "1"},
+                        {"TFIELDS", "1"}}) +
+           fits_data(kTwo),
+       "(NAXIS): is out of range, got 1, expected 2 to 2"},
       {"extension without PCOUNT",
        fits_header(empty_primary()) +
            fits_header({{"XTENSION", "'IMAGE'"}, {"BITPIX", "8"}, {"NAXIS", "2"}, {"NAXIS1", "2"}, {"NAXIS2", "1"}}) +

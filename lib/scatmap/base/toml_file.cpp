@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <sstream>
 #include <string_view>
@@ -33,6 +34,26 @@ namespace {
 std::string at_line(const std::string& file, const toml::node* node) {
   if (node == nullptr || node->source().begin.line == 0) return file;
   return file + ":" + std::to_string(node->source().begin.line);
+}
+
+// Letters to change, put in or leave out to make one word the other (Levenshtein, Sov. Phys. Dokl. 10, 707 (1966)).
+std::size_t edits(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t before = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t changed = before + (a[i - 1] == b[j - 1] ? 0 : 1);
+      before = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, changed}));
+    }
+  }
+  return row.back();
+}
+
+// Whether one may be a slip of the other: two letters of a word that has more.
+bool alike(const std::string& a, const std::string& b) {
+  constexpr std::size_t kSlip = 2, kLongest = 100;
+  return a.size() > 2 * kSlip && std::max(a.size(), b.size()) <= kLongest && edits(a, b) <= kSlip;
 }
 
 std::string shown(double value) {
@@ -153,13 +174,23 @@ std::string TomlTable::where(const std::string& key) const {
   return at_line(document_->name, found != nullptr ? found : node_->table) + ": " + node_->prefix + key;
 }
 
+Error TomlTable::missing(const std::string& key, const std::string& expected) const {
+  for (const auto& [name, node] : *node_->table) {
+    const std::string other(name.str());
+    if (alike(key, other))
+      return Error(
+          {where(key), "is missing", other + " in line " + std::to_string(node.source().begin.line), expected});
+  }
+  return Error({where(key), "is missing", {}, expected});
+}
+
 std::filesystem::path TomlTable::resolve(const std::string& path) const { return document_->folder / path; }
 
 bool TomlTable::has(const std::string& key) const { return node_->table->contains(key); }
 
 double TomlTable::number(const std::string& key, const NumberRange& range) const {
   const auto value = optional_number(key, range);
-  if (!value) throw Error({where(key), "is missing", {}, described(range)});
+  if (!value) throw missing(key, described(range));
   return *value;
 }
 
@@ -178,7 +209,7 @@ std::vector<double> TomlTable::numbers(const std::string& key, std::size_t count
   node_->asked.insert(key);
   const toml::node* found = node_->table->get(key);
   const std::string wanted = count == 0 ? "an array of numbers" : "an array of " + std::to_string(count) + " numbers";
-  if (found == nullptr) throw Error({where(key), "is missing", {}, wanted});
+  if (found == nullptr) throw missing(key, wanted);
   const toml::array* array = found->as_array();
   if (array == nullptr) throw Error({where(key), "has the wrong type", type_name(*found), wanted});
   if (count != 0 && array->size() != count) {
@@ -193,7 +224,7 @@ int TomlTable::integer(const std::string& key, int minimum, int maximum) const {
   node_->asked.insert(key);
   const std::string wanted = "an integer from " + std::to_string(minimum) + " to " + std::to_string(maximum);
   const toml::node* found = node_->table->get(key);
-  if (found == nullptr) throw Error({where(key), "is missing", {}, wanted});
+  if (found == nullptr) throw missing(key, wanted);
   const auto value = found->is_integer() ? found->value<std::int64_t>() : std::nullopt;
   if (!value) throw Error({where(key), "has the wrong type", type_name(*found), wanted});
   if (*value < minimum || *value > maximum)
@@ -212,7 +243,7 @@ bool TomlTable::boolean_or(const std::string& key, bool fallback) const {
 
 std::string TomlTable::string(const std::string& key) const {
   const auto value = optional_string(key);
-  if (!value) throw Error({where(key), "is missing", {}, "a string"});
+  if (!value) throw missing(key, "a string");
   return *value;
 }
 
@@ -235,7 +266,7 @@ std::string TomlTable::choice(const std::string& key, const std::vector<std::str
 }
 
 std::vector<std::string> TomlTable::strings(const std::string& key) const {
-  if (!has(key)) throw Error({where(key), "is missing", {}, "an array of strings"});
+  if (!has(key)) throw missing(key, "an array of strings");
   return strings_or_empty(key);
 }
 
@@ -258,7 +289,7 @@ std::vector<std::string> TomlTable::strings_or_empty(const std::string& key) con
 std::vector<std::vector<double>> TomlTable::matrix(const std::string& key) const {
   node_->asked.insert(key);
   const toml::node* found = node_->table->get(key);
-  if (found == nullptr) throw Error({where(key), "is missing", {}, "an array of rows of numbers"});
+  if (found == nullptr) throw missing(key, "an array of rows of numbers");
   const toml::array* rows = found->as_array();
   if (rows == nullptr)
     throw Error({where(key), "has the wrong type", type_name(*found), "an array of rows of numbers"});
@@ -274,7 +305,7 @@ std::vector<std::vector<double>> TomlTable::matrix(const std::string& key) const
 
 TomlTable TomlTable::table(const std::string& key) const {
   const auto found = optional_table(key);
-  if (!found) throw Error({where(key), "is missing", {}, "a table [" + node_->prefix + key + "]"});
+  if (!found) throw missing(key, "a table [" + node_->prefix + key + "]");
   return *found;
 }
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "scatmap/base/error.h"
+
 namespace scatmap {
 
 /// What a number must satisfy; NaN and infinities never do.
@@ -62,6 +64,8 @@ class TomlTable {
   struct Document;
   struct Node;
   TomlTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node);
+  /// Names a key that is there and may be meant.
+  Error missing(const std::string& key, const std::string& expected) const;
   std::shared_ptr<Document> document_;
   std::shared_ptr<Node> node_;
 };

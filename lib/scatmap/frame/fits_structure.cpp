@@ -140,6 +140,15 @@ void check_image(const FitsHeader& header, bool extension) {
   if (extension || header.find("GCOUNT") != nullptr) limited(header, "GCOUNT", 1, 1);
 }
 
+// CFITSIO counts cards and reserves memory for what it takes for TFIELDS before it looks for the columns.
+void check_table(const FitsHeader& header) {
+  limited(header, "NAXIS", 2, 2);
+  check_order(header, 5, "PCOUNT");
+  check_order(header, 6, "GCOUNT");
+  check_order(header, 7, "TFIELDS");
+  limited(header, "TFIELDS", 0, kMaxFitsColumns);
+}
+
 long long data_bytes_of(const FitsHdu& hdu, bool plain_image, long long file_bytes) {
   std::vector<long long> factors = hdu.axes;
   if (factors.empty()) factors.push_back(0);
@@ -176,8 +185,7 @@ FitsHdu checked_hdu(FitsHeader&& header, long long file_bytes) {
   const bool plain_image = type.empty() || type == "IMAGE";
   if (plain_image) check_image(h, !type.empty());
   hdu.data_bytes = data_bytes_of(hdu, plain_image, file_bytes);
-  // CFITSIO reserves memory for what TFIELDS says before it looks for the columns.
-  if (type == "BINTABLE" || type == "TABLE") limited(h, "TFIELDS", 0, kMaxFitsColumns);
+  if (type == "BINTABLE" || type == "TABLE") check_table(h);
   hdu.image = plain_image && hdu.data_bytes > 0;
   const std::string number = "HDU " + std::to_string(h.hdu());
   hdu.name = h.hdu() == 1 ? "primary" : h.find("EXTNAME") != nullptr ? h.text("EXTNAME").value_or(number) : number;
