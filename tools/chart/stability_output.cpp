@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <set>
 
 #include "scatmap/base/number_text.h"
 #include "tools/chart/stability.h"
@@ -77,6 +79,24 @@ const char* to_string(Verdict v) {
   return "FAILS";
 }
 
+namespace {
+
+std::string totals(const std::vector<StabilityCell>& cells) {
+  std::set<std::string> regimes;
+  std::map<Verdict, std::size_t> count;
+  for (const StabilityCell& c : cells) {
+    regimes.insert(c.job + ": " + c.regime);
+    ++count[c.verdict];
+  }
+  std::string out = std::to_string(cells.size()) + " cells in " + std::to_string(regimes.size()) + " regimes:";
+  for (const Verdict v :
+       {Verdict::kHolds, Verdict::kIllConditioned, Verdict::kFallsBack, Verdict::kRefuses, Verdict::kFails})
+    out += std::string(v == Verdict::kHolds ? " " : ", ") + to_string(v) + " " + std::to_string(count[v]);
+  return out + "\n";
+}
+
+}  // namespace
+
 std::string stability_text(const std::vector<StabilityCell>& cells) {
   std::string out = padded("job", 13) + padded("regime", 46) + padded("method", 16) + padded("worst", 9) +
                     padded("bound", 9) + padded("unit", 6) + padded("x ulp", 8) + padded("x sigma", 8) + "verdict\n";
@@ -86,7 +106,7 @@ std::string stability_text(const std::vector<StabilityCell>& cells) {
            padded(short_number(c.amplification_sigma), 8) + to_string(c.verdict) +
            (c.reason.empty() ? "" : ": " + c.reason) + "\n";
   }
-  return out;
+  return out + totals(cells);
 }
 
 std::string stability_csv(const std::vector<StabilityCell>& cells) {
