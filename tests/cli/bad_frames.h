@@ -17,8 +17,12 @@ inline std::vector<BadInput> bad_frames() {
   };
   const Spoil flat = with("flat = \"flat.fits\""), bad = with("bad_pixels = \"bad.csv\"");
   return {
-      {"frame: no such file", run, erase(sample), 1, {sample, "does not exist"}},
-      {"frame: dark missing", run, erase(dark), 1, {dark, "does not exist"}},
+      {"frame: no such file",
+       run,
+       erase(sample),
+       1,
+       {sample, "does not exist, expected the frame of", "measurement.toml:", "exposure.0.frames"}},
+      {"frame: dark missing", run, erase(dark), 1, {dark, "does not exist, expected a dark of", "measurement.toml:"}},
       {"frame: empty file", run, write(sample, ""), 1, {sample, "is empty"}},
       {"frame: text", run, write(sample, "column,row\n1,2\n"), 1, {sample, "not a frame"}},
       {"frame: a folder", run, all({erase(sample), make_folder(sample)}), 1, {sample, "folder"}},

@@ -99,11 +99,16 @@ void FrameSource::check(const Frame& f, bool is_dark, double exposure_s) {
   }
 }
 
-std::vector<Frame> FrameSource::read_all(const std::vector<std::filesystem::path>& paths, bool are_darks,
-                                         double exposure_s, std::vector<InputRecord>& records) {
+std::vector<Frame> FrameSource::read_all(const Exposure& e, bool are_darks, std::vector<InputRecord>& records) {
+  const std::vector<std::filesystem::path>& paths = are_darks ? e.darks : e.frames;
+  for (const std::filesystem::path& path : paths) {
+    std::error_code other;  // is for the reader to tell
+    if (std::filesystem::status(path, other).type() == std::filesystem::file_type::not_found)
+      throw Error({path.string(), "does not exist", {}, (are_darks ? "a dark of " : "the frame of ") + e.where});
+  }
   std::vector<Frame> frames;
   for (RecordedFrame& read : read_in_parallel(paths)) {
-    check(read.frame, are_darks, exposure_s);
+    check(read.frame, are_darks, e.exposure_s);
     frames.push_back(std::move(read.frame));
     records.push_back(std::move(read.record));
   }
@@ -121,7 +126,7 @@ std::shared_ptr<const FrameSource::Dark> FrameSource::dark_of(const Exposure& e,
   auto& slot = darks_[e.darks];
   if (!slot) {
     std::vector<InputRecord> records;
-    const std::vector<Frame> frames = read_all(e.darks, true, e.exposure_s, records);
+    const std::vector<Frame> frames = read_all(e, true, records);
     slot = std::make_shared<Dark>(Dark{combine_darks(frames, sensor_), std::move(records), groups_++});
   }
   return slot;
@@ -129,7 +134,7 @@ std::shared_ptr<const FrameSource::Dark> FrameSource::dark_of(const Exposure& e,
 
 FrameSource::Raw FrameSource::read_exposure(const Exposure& e, const std::string& role) {
   ExposureRecord record{role, e.exposure_s, e.filters, {}, {}};
-  std::vector<Frame> frames = read_all(e.frames, false, e.exposure_s, record.frames);
+  std::vector<Frame> frames = read_all(e, false, record.frames);
   if (!role.starts_with("signature")) {
     for (const Frame& f : frames) {
       constexpr double kSameAngle_deg = 1e-3;

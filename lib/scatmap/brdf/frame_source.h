@@ -43,8 +43,7 @@ class FrameSource {
 
  private:
   void check(const Frame& frame, bool is_dark, double exposure_s);
-  std::vector<Frame> read_all(const std::vector<std::filesystem::path>& paths, bool are_darks, double exposure_s,
-                              std::vector<InputRecord>& records);
+  std::vector<Frame> read_all(const Exposure& exposure, bool are_darks, std::vector<InputRecord>& records);
   std::shared_ptr<const Dark> dark_of(const Exposure& exposure, double quantum_dn);
 
   const Measurement& measurement_;
