@@ -14,13 +14,16 @@
 namespace scatmap {
 namespace {
 
-SampleView paper_view(double theta_deg) {
+SampleView bench_view(double theta_deg, int columns, int rows, double pitch_m) {
   Instrument in;
-  in.columns = in.rows = 1024;
+  in.columns = columns;
+  in.rows = rows;
   in.geometry.distance = 0.325;
-  in.geometry.pixel_column = in.geometry.pixel_row = 13e-6;
+  in.geometry.pixel_column = in.geometry.pixel_row = pitch_m;
   return sample_view(in, {theta_deg * kRadPerDeg, 2 * theta_deg * kRadPerDeg});
 }
+
+SampleView paper_view(double theta_deg) { return bench_view(theta_deg, 1024, 1024, 13e-6); }
 
 TEST(AngleMethod, TheFastestThatMeetsTheTolerance) {
   const SampleView view = paper_view(20);
@@ -37,6 +40,9 @@ TEST(AngleMethod, TheFastestThatMeetsTheTolerance) {
 
 TEST(AngleMethod, SingleIsWithinThreeThousandthsOfAPixelOnThePapersBench) {
   EXPECT_LE(with_method(AngleMethod::kSingle, paper_view(20), 1024, 1024, 0).bound_px, 0.003);
+  const SampleView fine = bench_view(20, 3296, 2472, 5.5e-6);
+  EXPECT_LE(with_method(AngleMethod::kSingle, fine, 3296, 2472, 0).bound_px, 0.003);
+  EXPECT_EQ(choose_angle_method(fine, 3296, 2472, 0.003).method, AngleMethod::kTile);
 }
 
 TEST(AngleMethod, NamesAndBack) {

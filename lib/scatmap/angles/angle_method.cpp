@@ -68,7 +68,7 @@ std::span<const AngleMethod> angle_methods() { return kMethods; }
 
 AngleChoice with_method(AngleMethod method, const SampleView& view, int rows, int columns, double tolerance_px) {
   const FrameExtent extent = frame_extent(view, rows, columns);
-  const double single_rad = single_bound_rad(extent, view);
+  const double single_rad = single_bound_rad(extent, view, columns);
   AngleChoice choice{method, vector_bound_rad(extent), 0, {}};
   if (method == AngleMethod::kVector) choice.tiles = plan_tiles<double>(view, rows, columns, kVectorTruncation_rad);
   if (method == AngleMethod::kExact) choice.bound_rad = exact_bound_rad(extent);

@@ -23,21 +23,25 @@ bool is_near(const Segment& s) { return is_near_line(s.view.pixel(s.middle(), s.
 
 template <class T>
 kernel::NearSegment<T> near_segment(const Segment& s) {
-  return near_segment<T>(wide_ray(s.view, s.middle(), s.row), s.view.column_step, s.columns.first - s.middle());
+  return near_segment<T>(reference_ray<ReferenceReal<T>>(s.view, s.middle(), s.row), s.view.column_step, s.columns.first - s.middle());
 }
 
 template <class T>
 kernel::FarSegment<T> far_segment(const Segment& s) {
-  return far_segment<T>(wide_ray(s.view, s.middle(), s.row), s.view.column_step, s.columns.first - s.middle());
+  return far_segment<T>(reference_ray<ReferenceReal<T>>(s.view, s.middle(), s.row), s.view.column_step, s.columns.first - s.middle());
 }
 
 constexpr int kShortest = 256;  // shorter parts cost more in references than they save
-constexpr int kLongest = 4096;  // d is exact in float32, and rounding of the step counts for little
+// d is exact in float32, and rounding of what changes along a part counts for little.
+template <class T>
+constexpr int kLongest = 4096;
+template <>
+constexpr int kLongest<float> = kSinglePart;
 
 template <class T>
 void write_angles(const Segment& s, T* theta, T* phi) {
   const auto n = static_cast<std::size_t>(s.columns.size());
-  if (s.columns.size() <= kLongest && is_near(s)) {
+  if (s.columns.size() <= kLongest<T> && is_near(s)) {
     kernel::run_near(near_segment<T>(s), n, theta, phi);
   } else if (s.columns.size() <= kShortest) {
     kernel::run_far(far_segment<T>(s), n, theta, phi);
@@ -52,7 +56,7 @@ void write_angles(const Segment& s, T* theta, T* phi) {
 // area·|facing|/r³ with lengths in units of the reference ray's length.
 template <class T>
 T solid_angle_scale(const Segment& s) {
-  const Wide r = wide_ray(s.view, s.middle(), s.row).length();
+  const Wide r = reference_ray(s.view, s.middle(), s.row).length();
   const Vector3<double>&n = s.view.detector_normal, &o = s.view.origin;
   const Wide facing = Wide(n.x()) * o.x() + Wide(n.y()) * o.y() + Wide(n.z()) * o.z();
   return static_cast<T>(s.view.pixel_area_m2 * facing / (r * r * r));
@@ -61,8 +65,8 @@ T solid_angle_scale(const Segment& s) {
 template <class T>
 void write_visible(const Segment& whole, const AngleRow<T>& out, std::size_t offset) {
   const auto at = [](std::span<T> span, std::size_t i) { return span.data() + i; };
-  for (int first = whole.columns.first; first < whole.columns.last; first += kLongest) {
-    const Segment s{whole.view, whole.row, {first, std::min(first + kLongest, whole.columns.last)}};
+  for (int first = whole.columns.first; first < whole.columns.last; first += kLongest<T>) {
+    const Segment s{whole.view, whole.row, {first, std::min(first + kLongest<T>, whole.columns.last)}};
     const auto n = static_cast<std::size_t>(s.columns.size());
     const std::size_t i = offset + static_cast<std::size_t>(first - whole.columns.first);
     if (!out.theta_s_rad.empty()) write_angles<T>(s, at(out.theta_s_rad, i), at(out.phi_s_rad, i));

@@ -48,8 +48,11 @@ inline constexpr double kRowSolidAngleMaxError = 2e-15;
 inline constexpr double kRowCosineMaxError = 5e-16;
 /// Rounding of theta (6e-8) and of phi (2.4e-7 past 4 rad) in float32, and the arithmetic's.
 inline constexpr double kSingleMaxError_rad = 3.5e-7;
-/// Of that, the arithmetic's: about a reference, and by the branch-free arctangent near the pole and the seam.
+/// Of that, the arithmetic's: about a reference, a few roundings of the angle from there, and by the branch-free
+/// arctangent near the pole and the seam. References stand in parts of a row of at most kSinglePart columns.
+inline constexpr double kSingleArithmetic = 5e-7;
 inline constexpr double kSingleArithmetic_rad = 3e-8;
+inline constexpr int kSinglePart = 512;
 inline constexpr double kSingleFarArithmetic_rad = 1e-7;
 inline constexpr double kSingleSolidAngleMaxError = 1e-6;
 inline constexpr double kSingleCosineMaxError = 3e-7;

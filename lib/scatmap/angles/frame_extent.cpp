@@ -45,6 +45,11 @@ double half_ulp(double value) {
   return 0.5 * (static_cast<double>(std::nextafter(f, std::numeric_limits<float>::max())) - static_cast<double>(f));
 }
 
+// Of the largest angles to float32.
+double rounding_rad(const FrameExtent& e) {
+  return std::hypot(half_ulp(e.theta_max_rad), half_ulp(e.phi_max_rad) * std::sin(e.theta_max_rad));
+}
+
 }  // namespace
 
 FrameExtent frame_extent(const SampleView& view, int rows, int columns) {
@@ -75,14 +80,18 @@ FrameExtent frame_extent(const SampleView& view, int rows, int columns) {
 double exact_bound_rad(const FrameExtent& e) { return kExactMaxError_rad * e.spread; }
 double vector_bound_rad(const FrameExtent& e) { return kVectorMaxError_rad * e.spread; }
 
-double single_bound_rad(const FrameExtent& e, const SampleView& view) {
-  const double rounding = std::hypot(half_ulp(e.theta_max_rad), half_ulp(e.phi_max_rad) * std::sin(e.theta_max_rad));
+double single_bound_rad(const FrameExtent& e, const SampleView& view, int columns) {
+  const double step_rad = view.column_step.norm() / e.nearest_m;  // at most
   // Parts of rows that angle_row never takes for far from their reference, whatever its choice: 128 columns and less.
   constexpr double kHalfPart = 128;
-  const double reach = kHalfPart * view.column_step.norm() / e.nearest_m;
+  const double reach = kHalfPart * step_rad;
   const bool near =
       e.off_seam && reach + reach * kSmallArctangentRange < 0.9 * kSmallArctangentRange * std::sin(e.theta_min_rad);
-  return near ? rounding + kSingleArithmetic_rad : rounding + kSingleFarArithmetic_rad * e.spread;
+  if (!near) return linear_rounding_rad(e);
+  const double half_part = 0.5 * std::min(columns, kSinglePart) * step_rad;
+  return rounding_rad(e) + std::min(kSingleArithmetic * half_part, kSingleArithmetic_rad);
 }
+
+double linear_rounding_rad(const FrameExtent& e) { return rounding_rad(e) + kSingleFarArithmetic_rad * e.spread; }
 
 }  // namespace scatmap

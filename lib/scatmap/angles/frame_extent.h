@@ -22,6 +22,8 @@ double exact_bound_rad(const FrameExtent& extent);
 double vector_bound_rad(const FrameExtent& extent);
 
 /// Bound of the `single` method on this frame: rounding of the largest theta and phi in it to float32, and arithmetic.
-double single_bound_rad(const FrameExtent& extent, const SampleView& view);
+double single_bound_rad(const FrameExtent& extent, const SampleView& view, int columns);
+/// The part of `linear`'s that is not the map's: the same, with the arithmetic of any place.
+double linear_rounding_rad(const FrameExtent& extent);
 
 }  // namespace scatmap

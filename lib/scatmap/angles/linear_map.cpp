@@ -23,7 +23,7 @@ LinearMap::LinearMap(const SampleView& view, int rows, int columns)
   const Vector3<double> middle = view.pixel(middle_column_, middle_row_);
   theta_ = polar_angle<double>(middle);
   phi_ = azimuth_from_minus_x<double>(middle);
-  const WideRay wide = wide_ray(view, middle_column_, middle_row_);
+  const WideRay wide = reference_ray(view, middle_column_, middle_row_);
   along_ = step(wide, view.column_step);
   down_ = step(wide, view.row_step);
 }
@@ -70,7 +70,7 @@ double linear_bound_rad(const SampleView& view, int rows, int columns) {
   }
   // A bound towards every edge point follows from those towards the corners only where lengths grow along the edge:
   // lengths of differences are convex, so they do.
-  return worst + single_bound_rad(frame_extent(view, rows, columns), view);
+  return worst + linear_rounding_rad(frame_extent(view, rows, columns));
 }
 
 }  // namespace scatmap

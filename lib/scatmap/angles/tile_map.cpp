@@ -127,7 +127,7 @@ struct PreparedTile {
 template <class T>
 void prepare(const SampleView& view, PreparedTile<T>& out) {
   const Tile& tile = out.tile;
-  const WideRay middle = wide_ray(view, tile.middle_column(), tile.middle_row());
+  const WideRay middle = reference_ray(view, tile.middle_column(), tile.middle_row());
   const double first_d = tile.first_row - tile.middle_row();
   kernel::NearSegment<double> near = near_segment<double>(middle, view.row_step, first_d);
   out.theta_rad = std::exchange(near.theta, 0);  // the rows' angles are taken from the middle's: nothing is rounded off
