@@ -9,6 +9,7 @@
 #include "scatmap/angles/angle_row.h"
 #include "scatmap/angles/frame_extent.h"
 #include "scatmap/angles/taylor_bound.h"
+#include "scatmap/base/stream_copy.h"
 #include "tests/support/random_instrument.h"
 
 namespace scatmap {
@@ -145,6 +146,28 @@ TEST(AngleMethod, TilesInDoubleKeepTheirRemainder) {
     }
   }
   EXPECT_GT(largest, 1e-3);  // the bound is not so wide that it says nothing
+}
+
+// Maps of kStreamedBytes and more are written past the caches, at odd places in their lines.
+TEST(AngleMethod, LargeMapsAreTheSameAsTheirRows) {
+  constexpr int kRows = 2051, kColumns = 2053;
+  const SampleView view = bench_view(20, kColumns, kRows, 5.5e-6);
+  const AngleChoice choice = with_method(AngleMethod::kVector, view, kRows, kColumns, 0);
+  AngleMap map{0, {kRows, kColumns}, {kRows, kColumns}, {}, {}};
+  EXPECT_GE(2 * sizeof(double) * map.theta_s_rad.size(), kStreamedBytes);
+  std::fill(map.theta_s_rad.begin(), map.theta_s_rad.end(), std::nan(""));
+  std::fill(map.phi_s_rad.begin(), map.phi_s_rad.end(), std::nan(""));
+  write_angle_map(view, choice, map);
+  std::size_t wrong = 0;
+  for (int r = 0; r < kRows; ++r) {
+    for (int c = 0; c < kColumns; c += r % 32 == 0 ? 1 : 61) {
+      const PixelAngles a = pixel_angles(view, c, r);
+      const double off = std::hypot(map.theta_s_rad(r, c) - a.theta_s_rad,
+                                    std::sin(a.theta_s_rad) * (map.phi_s_rad(r, c) - a.phi_s_rad));
+      wrong += !(off <= choice.bound_rad + kExactMaxError_rad);
+    }
+  }
+  EXPECT_EQ(wrong, 0u);
 }
 
 }  // namespace

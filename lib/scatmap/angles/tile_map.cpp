@@ -12,9 +12,12 @@
 #include "scatmap/angles/taylor_bound.h"
 #include "scatmap/angles/tile_kernel.h"
 #include "scatmap/base/parallel.h"
+#include "scatmap/base/stream_copy.h"
 
 namespace scatmap {
 namespace {
+
+constexpr int kWidest = 1024;  // columns of a tile
 
 struct Tile {
   int first_row = 0, last_row = 0;
@@ -141,7 +144,7 @@ void prepare(const SampleView& view, PreparedTile<T>& out) {
 }
 
 template <class T>
-void write_polynomial_row(const PreparedTile<T>& t, int row, AngleMapOf<T>& map) {
+void write_polynomial_row(const PreparedTile<T>& t, int row, bool streamed, AngleMapOf<T>& map) {
   const Tile& tile = t.tile;
   const auto i = static_cast<std::size_t>(row - tile.first_row), at = static_cast<std::size_t>(tile.columns.first);
   const auto &theta = t.along.theta, &phi = t.along.phi;
@@ -155,8 +158,13 @@ void write_polynomial_row(const PreparedTile<T>& t, int row, AngleMapOf<T>& map)
     p.theta_part[k] = static_cast<T>(theta[k][i]);
     p.phi_part[k] = static_cast<T>(phi[k][i]);
   }
-  kernel::run_tile_row(*t.degree, p, static_cast<std::size_t>(tile.columns.size()),
-                       map.theta_s_rad.row(row).data() + at, map.phi_s_rad.row(row).data() + at);
+  const auto n = static_cast<std::size_t>(tile.columns.size());
+  T *to_theta = map.theta_s_rad.row(row).data() + at, *to_phi = map.phi_s_rad.row(row).data() + at;
+  if (!streamed) return kernel::run_tile_row(*t.degree, p, n, to_theta, to_phi);
+  alignas(64) std::array<T, kWidest> theta_row, phi_row;
+  kernel::run_tile_row(*t.degree, p, n, theta_row.data(), phi_row.data());
+  stream_copy(theta_row.data(), n, to_theta);
+  stream_copy(phi_row.data(), n, to_phi);
 }
 
 template <class T>
@@ -177,7 +185,7 @@ void write_other_row(const SampleView& view, ColumnRange columns, int row, Angle
 constexpr int kGroup = 16;
 
 template <class T>
-void write_group(const SampleView& view, const TilePlan& plan, const Tile& group, AngleMapOf<T>& map) {
+void write_group(const SampleView& view, const TilePlan& plan, const Tile& group, bool streamed, AngleMapOf<T>& map) {
   std::array<PreparedTile<T>, kGroup> tiles;
   std::size_t n = 0;
   for (int c = group.columns.first; c < group.columns.last; c += plan.columns, ++n) {
@@ -190,7 +198,7 @@ void write_group(const SampleView& view, const TilePlan& plan, const Tile& group
     for (std::size_t i = 0; i < n; ++i) {
       const PreparedTile<T>& t = tiles[i];
       if (t.degree)
-        write_polynomial_row(t, row, map);
+        write_polynomial_row(t, row, streamed, map);
       else
         write_other_row(view, t.tile.columns, row, map);
     }
@@ -203,7 +211,7 @@ template <class T>
 TilePlan plan_tiles(const SampleView& view, int rows, int columns, double truncation_rad) {
   TilePlan best;
   double lowest = std::numeric_limits<double>::infinity();
-  for (int width = 64; width <= 1024; width *= 2) {
+  for (int width = 64; width <= kWidest; width *= 2) {
     TilePlan plan{width, truncation_rad, 0};
     const Cost cost = cost_of<T>(view, rows, columns, plan);
     if (!(cost.total < lowest * cost.pixels)) continue;
@@ -218,17 +226,19 @@ template <class T>
 void write_tile_map(const SampleView& view, const TilePlan& plan, AngleMapOf<T>& map) {
   const int rows = map.theta_s_rad.rows(), columns = map.theta_s_rad.columns();
   map.theta_i_rad = incidence_angle(view);
+  const bool streamed = 2 * sizeof(T) * map.theta_s_rad.size() >= kStreamedBytes;
   const int bands = (rows + kernel::kTileRows - 1) / kernel::kTileRows;
   for_each_index(bands, 1, [&](int band) {
     const int first = band * kernel::kTileRows, last = std::min(first + kernel::kTileRows, rows);
     for (int c = 0; c < columns; c += kGroup * plan.columns)
-      write_group(view, plan, {first, last, {c, std::min(c + kGroup * plan.columns, columns)}}, map);
+      write_group(view, plan, {first, last, {c, std::min(c + kGroup * plan.columns, columns)}}, streamed, map);
     for (int r = first; r < last; ++r) {
       AngleRow<T> rest;
       rest.solid_angle_sr = part(map.solid_angle_sr, r, {0, columns});
       if (!map.mask.empty()) rest.mask = map.mask.row(r);
       angle_row(view, r, {0, columns}, rest);
     }
+    finish_streams();
   });
 }
 

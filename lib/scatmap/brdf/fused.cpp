@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "scatmap/base/parallel.h"
+#include "scatmap/base/stream_copy.h"
 #include "scatmap/brdf/fused_kernels.h"
 #include "scatmap/brdf/pose_kernels.h"
 
@@ -35,6 +36,12 @@ class RowRing {
   std::vector<T, HugePageAllocator<T>> data_;
 };
 
+std::size_t bytes(const FusedPlanes& p) {
+  const auto of = [](const auto& plane) { return plane.size() * sizeof(*plane.data()); };
+  return of(p.brdf_per_sr) + of(p.u_random_per_sr) + of(p.u_pose_per_sr) + of(p.u_total_per_sr) + of(p.mask) +
+         of(p.expected_per_sr);
+}
+
 // One band of rows, streamed: row r is reduced; r − 1 then knows its blooming neighbours; r − 3 its window; r − 4 its
 // gradient.
 class Band {
@@ -45,8 +52,7 @@ class Band {
         out_(out),
         rows_(out.mask.rows()),
         columns_(out.mask.columns()),
-        unused_f_(static_cast<std::size_t>(columns_)),
-        unused_u_(unused_f_.size()) {}
+        streamed_(bytes(out) >= kStreamedBytes) {}
 
   void run(int index) {
     first_ = index * kFusedBand;
@@ -66,6 +72,7 @@ class Band {
       ask_for_more();
       if (middle - kGradient >= first_) add_pose(middle - kGradient);
     }
+    finish_streams();
   }
 
  private:
@@ -106,7 +113,6 @@ class Band {
 
   // A row's map; rows beside the band only for the gradient.
   void finish(int row) {
-    double* expected_f = expected_f_.at(row);
     if (!on_frame(row)) {
       expected_f_.clear(row);
       return;
@@ -116,21 +122,12 @@ class Band {
       window.value[k] = value_.at(row + k - kWindowReach);
       window.good[k] = good_.at(row + k - kWindowReach);
     }
-    const bool kept = in_band(row);
-    Mask* mask = mask_.at(row);
-    const bool all_seen = fill_inverse(row, mask);
-    const BrdfRow to{kept ? out_.brdf_per_sr.row(row).data() : unused_f_.data(),
-                     kept ? out_.u_random_per_sr.row(row).data() : unused_u_.data(), expected_f};
-    bool infinite = false;
-    for (int c = 0; c < columns_; c += kStrip) infinite = finish_chunk(window, row, c, to) || infinite;
-    if (infinite || !all_seen || odd_.at(static_cast<std::size_t>(row) % kWindowRows)) mask_row(mask, to);
-    if (!kept) return;
-    std::copy_n(mask, columns_, out_.mask.row(row).data());
-    if (!out_.expected_per_sr.empty()) std::copy_n(expected_f, columns_, out_.expected_per_sr.row(row).data());
+    const bool odd = !all_seen(row, mask_.at(row)) || odd_.at(static_cast<std::size_t>(row) % kWindowRows);
+    for (int c = 0; c < columns_; c += kStrip) finish_strip(window, row, c, odd);
   }
 
   // Columns that stay in the first-level cache from kernel to kernel.
-  bool finish_chunk(const WindowRows& window, int row, int first, const BrdfRow& to) {
+  void finish_strip(const WindowRows& window, int row, int first, bool odd) {
     const int n = std::min(kStrip, columns_ - first);
     WindowRows part = window;
     for (int k = 0; k < kWindowRows; ++k) {
@@ -141,18 +138,36 @@ class Band {
     ask_for_more();
     expected_row(part, in.floor, in.shot, n, expected_.data());
     ask_for_more();
-    const bool infinite = brdf_row(in, expected_.data(), inverse_.at(row) + first, n,
-                                   {to.brdf_per_sr + first, to.u_random_per_sr + first, to.expected_per_sr + first});
+    fill_inverse(row, first, n);
+    const bool kept = in_band(row), direct = kept && !streamed_;
+    const BrdfStrip to{direct ? out_.brdf_per_sr.row(row).data() + first : brdf_.data(),
+                       direct ? out_.u_random_per_sr.row(row).data() + first : u_random_.at(row) + first,
+                       expected_f_.at(row) + first};
+    const bool infinite = brdf_strip(in, expected_.data(), inverse_.data(), n, to);
     ask_for_more();
-    return infinite;
+    Mask* mask = mask_.at(row) + first;
+    if (infinite || odd) mask_strip(mask, n, to);
+    if (!kept) return;
+    if (streamed_) {
+      send(to.brdf_per_sr, n, out_.brdf_per_sr, row, first);
+      send(to.u_random_per_sr, n, out_.u_random_per_sr, row, first);
+    }
+    send(mask, n, out_.mask, row, first);
+    if (!out_.expected_per_sr.empty()) send(to.expected_per_sr, n, out_.expected_per_sr, row, first);
   }
 
-  // 1/(Ω cos theta_s) of a row. @return whether the detector and the sample see each other all along it: if not, the
-  // mask says where.
-  bool fill_inverse(int row, Mask* mask) {
-    if (geometry_.angles != nullptr) return fill_inverse_from(*geometry_.angles, row, mask);
-    const GeometryRow g = geometry_row(geometry_.view, row);
-    inverse_projected_row(g, columns_, inverse_.at(row));
+  // Whether the detector and the sample see each other all along a row: if not, the mask says where.
+  bool all_seen(int row, Mask* mask) {
+    if (geometry_.angles != nullptr) {
+      Mask any = 0;
+      for (int c = 0; c < columns_; ++c) {
+        mask[c] |= geometry_.angles->mask(row, c);
+        any |= geometry_.angles->mask(row, c);
+      }
+      return any == 0;
+    }
+    along_row_ = geometry_row(geometry_.view, row);
+    const GeometryRow& g = along_row_;
     const double last = columns_ - 1;  // both are linear along a row
     if (g.z > 0 && g.z + last * g.z_step > 0 && g.facing > 0 && g.facing + last * g.facing_step > 0) return true;
     for (int c = 0; c < columns_; ++c) {
@@ -163,42 +178,56 @@ class Band {
     return false;
   }
 
-  bool fill_inverse_from(const AngleMap& angles, int row, Mask* mask) {
-    bool all = true;
-    for (int c = 0; c < columns_; ++c) {
-      inverse_.at(row)[c] = 1 / (angles.solid_angle_sr(row, c) * std::cos(angles.theta_s_rad(row, c)));
-      mask[c] |= angles.mask(row, c);
-      all = all && angles.mask(row, c) == 0;
+  // 1/(Ω cos theta_s) of a strip.
+  void fill_inverse(int row, int first, int n) {
+    if (geometry_.angles == nullptr) return inverse_projected(along_row_, first, n, inverse_.data());
+    const AngleMap& angles = *geometry_.angles;
+    for (int i = 0; i < n; ++i) {
+      inverse_[static_cast<std::size_t>(i)] =
+          1 / (angles.solid_angle_sr(row, first + i) * std::cos(angles.theta_s_rad(row, first + i)));
     }
-    return all;
   }
 
-  // The rare row with pixels that have a good count and no BRDF.
-  void mask_row(Mask* mask, const BrdfRow& to) {
-    for (int c = 0; c < columns_; ++c) {
-      if (mask[c] == 0 && !std::isfinite(to.brdf_per_sr[c])) mask[c] = kNoData;
-      if (mask[c] == 0) continue;
-      to.brdf_per_sr[c] = to.expected_per_sr[c] = kNaN;
-      to.u_random_per_sr[c] = std::numeric_limits<float>::quiet_NaN();
+  // The rare strip with pixels that have a good count and no BRDF.
+  static void mask_strip(Mask* mask, int n, const BrdfStrip& to) {
+    for (int i = 0; i < n; ++i) {
+      if (mask[i] == 0 && !std::isfinite(to.brdf_per_sr[i])) mask[i] = kNoData;
+      if (mask[i] == 0) continue;
+      to.brdf_per_sr[i] = to.expected_per_sr[i] = kNaN;
+      to.u_random_per_sr[i] = std::numeric_limits<float>::quiet_NaN();
     }
   }
 
   void add_pose(int row) {
-    float* total = out_.u_total_per_sr.empty() ? nullptr : out_.u_total_per_sr.row(row).data();
-    const float* u_random = out_.u_random_per_sr.row(row).data();
+    const float* u_random = streamed_ ? u_random_.at(row) : out_.u_random_per_sr.row(row).data();
+    const bool with_total = !out_.u_total_per_sr.empty();
     if (geometry_.pose == nullptr) {
-      if (total != nullptr) std::copy_n(u_random, columns_, total);
+      if (with_total) send(u_random, columns_, out_.u_total_per_sr, row, 0);
       return;
     }
-    float* u = out_.u_pose_per_sr.row(row).data();
+    float* u = streamed_ ? u_pose_.at(row) : out_.u_pose_per_sr.row(row).data();
     geometry_.pose->squares(tiles_, row, {expected_f_.at(row - 1), expected_f_.at(row), expected_f_.at(row + 1)}, u);
-    total == nullptr ? square_roots(columns_, u) : pose_and_total(columns_, u_random, u, total);
+    float* total = streamed_ ? u_total_.at(row) : with_total ? out_.u_total_per_sr.row(row).data() : nullptr;
+    for (int c = 0; c < columns_; c += kStrip) {
+      const int n = std::min(kStrip, columns_ - c);
+      with_total ? pose_and_total(n, u_random + c, u + c, total + c) : square_roots(n, u + c);
+      if (!streamed_) continue;
+      send(u + c, n, out_.u_pose_per_sr, row, c);
+      if (with_total) send(total + c, n, out_.u_total_per_sr, row, c);
+    }
+  }
+
+  template <class T>
+  void send(const T* from, int count, Grid<T>& plane, int row, int first) const {
+    T* to = plane.row(row).data() + first;
+    streamed_ ? stream_copy(from, static_cast<std::size_t>(count), to) : void(std::copy_n(from, count, to));
   }
 
   const RowReducer& reducer_;
   const FusedGeometry& geometry_;
   FusedPlanes& out_;
   int rows_, columns_, first_ = 0, last_ = 0;
+  bool streamed_;
   int next_row_ = 0, asked_ = 0;  // columns of the next row that are on their way
   RowReducer::Scratch scratch_;
   std::vector<PoseTiles::Tile> tiles_;
@@ -209,10 +238,10 @@ class Band {
   RowRing<std::uint8_t, kWindowRows + 1> good_{columns_, kRowMargin, std::uint8_t{0}};
   RowRing<float, kWindowRows + 1> floor_{columns_, 0, 0.f}, shot_{columns_, 0, 0.f};
   RowRing<double, 3> expected_f_{columns_, kRowMargin, kNaN};
-  alignas(64) std::array<double, kStrip> expected_;
-  RowRing<double, 1> inverse_{columns_, 0, 0.0};
-  std::vector<double> unused_f_;
-  std::vector<float> unused_u_;
+  RowRing<float, 2> u_random_{columns_, 0, 0.f};
+  RowRing<float, 1> u_pose_{columns_, 0, 0.f}, u_total_{columns_, 0, 0.f};
+  GeometryRow along_row_{};
+  alignas(64) std::array<double, kStrip> expected_, inverse_, brdf_;
 };
 
 template <class T>
@@ -249,8 +278,8 @@ std::span<const MethodBound> brdf_bounds() {
   static constexpr std::array kBounds{
       MethodBound{"brdf", "fused", "BRDF", "exact chain", kDomain, "relative, over cos theta_s", kFusedBrdfMaxError},
       MethodBound{"brdf", "fused", "u_random", "exact chain", kDomain, "relative", kFusedUncertaintyMaxError},
-      MethodBound{"brdf", "fused", "u_pose, u_total", "exact chain", "three calibrated parameters or more", "relative",
-                  kFusedPoseMaxError},
+      MethodBound{"brdf", "fused", "u_pose, u_total", "exact chain", "three calibrated parameters or more",
+                  "relative to u_total", kFusedPoseMaxError},
       MethodBound{"brdf", "exact", "u_pose", "sum over causes at every pixel", "calibrated instrument",
                   "relative to the largest u_pose", kPoseMaxError},
   };

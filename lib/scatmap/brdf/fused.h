@@ -47,15 +47,15 @@ struct FusedOptions {
 /// The `fused` method of counts → BRDF for one exposure: from raw frames to the map, its uncertainty parts and mask in
 /// one pass in bands of rows, without whole intermediate images. Against `exact` (reduce, merge, angle_map, division,
 /// pose_uncertainty) masks and NaNs are the same, BRDF within kFusedBrdfMaxError/cos theta_s, u_random within
-/// kFusedUncertaintyMaxError, u_pose and u_total within kFusedPoseMaxError, all relative. The same bytes for any number
-/// of threads. Memory: the planes, and per thread some twenty rows.
+/// kFusedUncertaintyMaxError, all relative, u_pose and u_total within kFusedPoseMaxError of u_total. The same bytes for
+/// any number of threads. Memory: the planes, and per thread some twenty rows.
 /// @throws Error as reduce
 void fused_map(const FusedFrames& frames, const FusedGeometry& geometry, const FusedOptions& options, FusedPlanes& out);
 
 inline constexpr double kFusedBrdfMaxError = 1e-13;  ///< over cos theta_s
 inline constexpr double kFusedUncertaintyMaxError = 1e-6;
-/// u_pose and u_total: two float roundings of a quadratic form; with one or two calibrated parameters, whose effects
-/// can cancel, kPoseMaxError.
+/// u_pose and u_total, of u_total: two float roundings of a quadratic form, and those of the noise behind its
+/// gradients; with one or two calibrated parameters, whose effects can cancel, kPoseMaxError.
 inline constexpr double kFusedPoseMaxError = 1e-4;
 
 std::span<const MethodBound> brdf_bounds();

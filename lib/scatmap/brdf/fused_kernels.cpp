@@ -206,21 +206,56 @@ GeometryRow geometry_row(const SampleView& view, int row) {
           view.pixel_area_m2};
 }
 
-SCATMAP_CLONES void inverse_projected_row(const GeometryRow& g, int pixels, double* out) {
-  // |D|² as a polynomial along the row; D along the normal is the same for all pixels of a plane.
-  const double square = g.x * g.x + g.y * g.y + g.z * g.z, z = g.z, z_step = g.z_step,
-               linear = 2 * (g.x * g.x_step + g.y * g.y_step + g.z * g.z_step),
-               quadratic = g.x_step * g.x_step + g.y_step * g.y_step + g.z_step * g.z_step,
-               scale = 1 / (g.area_m2 * g.facing);
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < pixels; ++i) {
-    const double r2 = square + i * (linear + i * quadratic);
-    out[i] = r2 * r2 * scale / (z + i * z_step);
+namespace {
+
+// |D|² is a parabola along the row, n·D a straight line, and D along the normal is the same for all pixels of a plane.
+struct AlongRow {
+  double square, linear, quadratic, z, z_step, scale;
+};
+
+AlongRow along_row(const GeometryRow& g, int first) {
+  const double x = g.x + first * g.x_step, y = g.y + first * g.y_step, z = g.z + first * g.z_step;
+  return {x * x + y * y + z * z,
+          2 * (x * g.x_step + y * g.y_step + z * g.z_step),
+          g.x_step * g.x_step + g.y_step * g.y_step + g.z_step * g.z_step,
+          z,
+          g.z_step,
+          1 / (g.area_m2 * g.facing)};
+}
+
+// 1/(1 + t) = (1 − t)(1 + t²)(1 + t⁴) to t⁸: below rounding for |t| up to this.
+constexpr double kSmallChange = 7e-3;
+
+}  // namespace
+
+SCATMAP_CLONES void inverse_projected(const GeometryRow& g, int first, int pixels, double* out) {
+  constexpr int kPart = 128;
+  for (int begin = 0; begin < pixels; begin += kPart) {
+    const int n = std::min(kPart, pixels - begin);
+    const AlongRow at = along_row(g, first + begin);
+    double* to = out + begin;
+    const double half = 0.5 * (n - 1), per_z = 1 / (at.z + half * at.z_step), change = at.z_step * per_z;
+    if (!(std::abs(change) * half <= kSmallChange)) {
+      SCATMAP_INDEPENDENT
+      for (int i = 0; i < n; ++i) {
+        const double r2 = at.square + i * (at.linear + i * at.quadratic);
+        to[i] = r2 * r2 * at.scale / (at.z + i * at.z_step);
+      }
+      continue;
+    }
+    const double scale = at.scale * per_z, start = -half * change;
+    SCATMAP_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+      const double r2 = at.square + i * (at.linear + i * at.quadratic);
+      const double t = start + i * change, t2 = t * t, low = (1 - t) + (1 - t) * t2;
+      to[i] = r2 * r2 * scale * (low + low * (t2 * t2));
+    }
   }
 }
 
-SCATMAP_CLONES bool brdf_row(const CleanRow& in, const double* expected, const double* inverse_projected, int pixels,
-                             const BrdfRow& out) {
+SCATMAP_CLONES bool brdf_strip(const CleanRow& in, const double* expected, const double* inverse_projected, int pixels,
+                               const BrdfStrip& out) {
+  constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
   const double* value = in.value;
   const float *floor = in.floor, *shot = in.shot;
   double *brdf = out.brdf_per_sr, *expected_f = out.expected_per_sr;
@@ -229,12 +264,11 @@ SCATMAP_CLONES bool brdf_row(const CleanRow& in, const double* expected, const d
   SCATMAP_INDEPENDENT
   for (int i = 0; i < pixels; ++i) {
     const double e = expected[i], inverse = inverse_projected[i], quotient = value[i] * inverse;
-    const double f = e == e ? quotient : kNaN;  // expected is NaN where the pixel is not good
-    const auto variance =
-        static_cast<float>(variance_at(e, static_cast<double>(floor[i]), static_cast<double>(shot[i])));
-    brdf[i] = f;
+    brdf[i] = e == e ? quotient : kNaN;  // expected is NaN where the pixel is not good
     expected_f[i] = e * inverse;
-    u_random[i] = static_cast<float>(static_cast<double>(std::sqrt(variance)) * inverse + 0 * f);
+    const auto level = static_cast<float>(e);
+    const float u = std::sqrt(variance_at(level, floor[i], shot[i])) * static_cast<float>(inverse);
+    u_random[i] = level == level ? u : kNoNumber;
     const std::int64_t bits = std::bit_cast<std::int64_t>(quotient) & kMagnitude;
     largest = bits > largest ? bits : largest;
   }

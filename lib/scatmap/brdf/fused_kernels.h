@@ -42,11 +42,12 @@ struct GeometryRow {
 };
 GeometryRow geometry_row(const SampleView& view, int row);
 
-/// 1/(Ω cos theta_s) = |D|⁴/(area (nd·D)(n·D)) along a row: no angle and no root is needed.
-void inverse_projected_row(const GeometryRow& g, int pixels, double* out);
+/// 1/(Ω cos theta_s) = |D|⁴/(area (nd·D)(n·D)) for columns [first, first + pixels) of a row: no angle and no root is
+/// needed, and no division where n·D changes little over a strip.
+void inverse_projected(const GeometryRow& g, int first, int pixels, double* out);
 
-/// Where a finished row goes; the pointers are to column 0.
-struct BrdfRow {
+/// Where a strip of the map goes.
+struct BrdfStrip {
   double* brdf_per_sr;
   float* u_random_per_sr;
   double* expected_per_sr;  ///< NaN where the map is
@@ -54,7 +55,7 @@ struct BrdfRow {
 
 /// Divides by Ω cos theta_s; NaN where not good. @return whether any pixel may have given an infinite value
 /// @param expected NaN where not good
-bool brdf_row(const CleanRow& in, const double* expected, const double* inverse_projected, int pixels,
-              const BrdfRow& out);
+bool brdf_strip(const CleanRow& in, const double* expected, const double* inverse_projected, int pixels,
+                const BrdfStrip& out);
 
 }  // namespace scatmap

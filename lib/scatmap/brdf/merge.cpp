@@ -148,7 +148,7 @@ Merged merge(std::span<const ScaledCounts> exposures) {
   for_each_row(rows, [&](int row) {
     for (int c = 0; c < columns; ++c) {
       out.variance(row, c) =
-          static_cast<float>(variance_at(out.expected(row, c), model.floor(row, c), model.shot(row, c)));
+          static_cast<float>(variance_at<double>(out.expected(row, c), model.floor(row, c), model.shot(row, c)));
     }
   });
   return out;

@@ -13,8 +13,9 @@ inline constexpr int kLeastNeighbours = 3;
 /// as it is: cut off at zero it would make variances too large on average. Only what no noise explains is cut off, at
 /// kLeastVariance of the floor.
 inline constexpr double kLeastVariance = 0.5;
-constexpr double variance_at(double expected, double floor, double shot) {
-  const double variance = floor + expected * shot, least = kLeastVariance * floor;
+template <class T>
+constexpr T variance_at(T expected, T floor, T shot) {
+  const T variance = floor + expected * shot, least = static_cast<T>(kLeastVariance) * floor;
   return variance > least ? variance : least;
 }
 
