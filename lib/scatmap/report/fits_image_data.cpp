@@ -81,6 +81,12 @@ void PositionedFile::write(const void* bytes, std::size_t count, std::int64_t at
   }
 }
 
+void PositionedFile::begin_to_store(std::int64_t at, std::int64_t count) const {
+#ifdef SYNC_FILE_RANGE_WRITE
+  sync_file_range(descriptor_, at, count, SYNC_FILE_RANGE_WRITE);
+#endif
+}
+
 void PositionedFile::close() {
   const int failed = ::close(std::exchange(descriptor_, -1));
   if (failed != 0) fail();
@@ -116,6 +122,7 @@ std::uint32_t write_image_data(const FitsImageData& data, const PositionedFile& 
       data.pixels);
   const std::vector<unsigned char> padding(static_cast<std::size_t>((kRecord - data.bytes() % kRecord) % kRecord));
   file.write(padding.data(), padding.size(), at + data.bytes());
+  file.begin_to_store(at, data.bytes());
   std::uint64_t sum = 0;
   for (const std::uint32_t s : sums) sum += s;
   return fits_sum_folded(sum);

@@ -18,6 +18,8 @@ class PositionedFile {
   PositionedFile(const PositionedFile&) = delete;
   PositionedFile& operator=(const PositionedFile&) = delete;
   void write(const void* bytes, std::size_t count, std::int64_t at) const;
+  /// What was written there is on its way to the disk while more is made, so that flushing at the end waits less.
+  void begin_to_store(std::int64_t at, std::int64_t count) const;
   /// @throws Error for what the disk has held back until now
   void close();
 
