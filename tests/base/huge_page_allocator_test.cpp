@@ -17,11 +17,6 @@ namespace {
 
 constexpr std::size_t kMiB = std::size_t{1} << 20;
 
-std::size_t held() {
-  const auto info = mallinfo2();
-  return info.uordblks + info.hblkhd;
-}
-
 TEST(HugePageAllocator, BlocksAreAlignedWritableAndApart) {
   std::vector<std::pair<char*, std::size_t>> blocks;
   for (const std::size_t bytes : {std::size_t{0}, std::size_t{1}, std::size_t{63}, kMiB, 2 * kMiB, 5 * kMiB + 1}) {
@@ -41,6 +36,11 @@ TEST(HugePageAllocator, BlocksAreAlignedWritableAndApart) {
 }
 
 #if !defined(__SANITIZE_ADDRESS__)
+
+std::size_t held() {
+  const auto info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
 
 TEST(HugePageAllocator, AFreedBlockServesTheNextOfItsSize) {
   void* const first = allocate_pages(40 * kMiB);

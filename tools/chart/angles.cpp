@@ -146,8 +146,8 @@ std::vector<Chart> chart_angles(const ChartSettings& s) {
         chart.rows.push_back(sized.method(method, kTileTolerance_px, threads));
     }
     chart.rows.push_back(sized.plain_acos(1));
-    chart.time_lines = {{"writing two float maps", sized.fill_ns(true)},
-                        {"writing two double maps", sized.fill_ns(false)}};
+    chart.time_lines = {{"filling two float maps", sized.fill_ns(true)},
+                        {"filling two double maps", sized.fill_ns(false)}};
   }
   const auto sigma_px = smallest_direction_sigma_px(s.instrument, s.pose);
   if (sigma_px)
