@@ -142,6 +142,11 @@ Computed angles_of(const Options& o, const Instrument& instrument, const Pose& p
   const SampleView view = sample_view(instrument, pose);
   const double tolerance_px = tolerance_of(o, instrument, pose);
   const AngleChoice choice = choice_of(o, instrument, tolerance_px, view);
+  if (!std::isfinite(choice.bound_rad))
+    throw Error({"--method " + o.method,
+                 "has no bound at this pose: the pole lies in or near the frame",
+                 {},
+                 "another method"});
   constexpr double kRounding = 1e-9;  // tile's bound is what is left of the tolerance, and the file's rounding again
   const bool missed = o.method.empty() && !(choice.bound_px <= tolerance_px * (1 + kRounding));
   return {angles_by(choice, view, instrument.rows, instrument.columns),

@@ -170,9 +170,24 @@ const char* what_fused_lacks(const Measurement& m) {
   return "a signature measured with frames";
 }
 
+std::vector<std::filesystem::path> files_of(const Measurement& m) {
+  std::vector<std::filesystem::path> out{m.file, m.instrument_file};
+  for (const auto* list : {&m.signatures, &m.exposures}) {
+    for (const Exposure& e : *list) {
+      out.insert(out.end(), e.frames.begin(), e.frames.end());
+      out.insert(out.end(), e.darks.begin(), e.darks.end());
+    }
+  }
+  for (const auto& file : {m.flat, m.bad_pixels}) {
+    if (file) out.push_back(*file);
+  }
+  return out;
+}
+
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   const Measurement measurement = read_measurement(o.measurement);
+  o.output.keep(files_of(measurement));
   note_odd_size(measurement.instrument_file, measurement.instrument);
   std::vector<InputRecord> inputs = instrument_inputs(measurement.instrument_file, measurement.instrument);
   inputs.insert(inputs.begin(), record_input(o.measurement));

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -59,6 +60,9 @@ void draw(const Comparison& c, const BrdfMap& measured, const BrdfMap& modelled,
 constexpr double kSameDirection_px = 1;
 
 Comparison compared(const BrdfMap& measured, const BrdfMap& modelled, const Options& o) try {
+  const auto& f = modelled.brdf_per_sr;
+  if (std::none_of(f.begin(), f.end(), [](double value) { return value > 0; }))
+    throw Error({{}, "the model is 0 at every pixel: there is no scale to compare", {}, {}});
   Comparison c = compare(measured, modelled);
   const double off_px = c.direction_difference_px;
   if (!(off_px <= kSameDirection_px) && !o.other_directions) {

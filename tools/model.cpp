@@ -66,6 +66,10 @@ void print(const Options& o, const Model& model, const BrdfMap& map, const Evalu
   for (const double f : map.brdf_per_sr) {
     if (f > largest) largest = f;
   }
+  if (largest == 0)
+    std::fprintf(stderr,
+                 "note: the model is 0 at every pixel: a lobe that falls between pixel centres shows with "
+                 "--pixel-average\n");
   if (o.output.json) {
     const nlohmann::json out{{"theta_i_deg", map.angles.theta_i_rad * kDegPerRad},
                              {"largest_per_sr", largest},
@@ -84,6 +88,7 @@ void print(const Options& o, const Model& model, const BrdfMap& map, const Evalu
 
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
+  o.output.keep({o.model, o.like});
   const Model model = read_model(o.model);
   const MapView view = read_map_view(o.like);
   const std::vector<InputRecord> inputs{record_input(o.model), record_input(o.like)};

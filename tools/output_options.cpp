@@ -87,4 +87,14 @@ void OutputOptions::check() const {
   }
 }
 
+void OutputOptions::keep(const std::vector<std::filesystem::path>& inputs) const {
+  for (const std::string& target : targets) {
+    for (const std::filesystem::path& input : inputs) {
+      std::error_code absent;  // then it is no file of the other's
+      if (std::filesystem::equivalent(target, input, absent))
+        throw Error({target, "is an input of this run, which even --force does not replace", {}, "another name"});
+    }
+  }
+}
+
 }  // namespace scatmap::tools

@@ -18,6 +18,8 @@ struct OutputOptions {
   void add_to(CLI::App& verb, const std::string& what, const std::vector<std::string>& kinds);
   /// Refuses, before any work, targets that could not be written in the end or whose extension is not known.
   void check() const;
+  /// Refuses a target that is one of the files it is made from: --force replaces results, not data.
+  void keep(const std::vector<std::filesystem::path>& inputs) const;
   Overwrite overwrite() const { return force ? Overwrite::kForce : Overwrite::kKeep; }
 
  private:

@@ -87,6 +87,14 @@ Instrument with_sensor(Instrument instrument, const PhotonTransfer& p) {
   return instrument;
 }
 
+// Variance against mean is a straight line, or frames are not what their headers say.
+constexpr double kDoubtfulChiSquared = 10, kImpossibleChiSquared = 1000;
+void require_one_line(const PhotonTransfer& p) {
+  if (p.chi_squared <= kImpossibleChiSquared) return;
+  throw Error({"flats", "do not lie on one photon transfer line: do their headers tell the true exposure times?",
+               "chi-squared " + number_text(std::round(p.chi_squared)), "about 1"});
+}
+
 void print_json(const PhotonTransfer& p) {
   const auto estimate = [](const Estimate& e) { return nlohmann::json{{"value", e.value}, {"u", e.u}}; };
   nlohmann::json out{{"gain_dn_per_e", estimate(p.gain_dn_per_e)},
@@ -143,6 +151,8 @@ void print_text(const PhotonTransfer& p) {
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   require_distinct(o.flats, o.darks);
+  o.output.keep({o.flats.begin(), o.flats.end()});
+  o.output.keep({o.darks.begin(), o.darks.end()});
   Provenance provenance{invocation.command_line, "scatmap " + version(), {record_input(o.instrument)}};
   const Instrument nominal = read_instrument(o.instrument);
   const FramesByTime flats = read_by_time(o.flats, nominal, o.instrument, provenance.inputs),
@@ -150,6 +160,7 @@ void run(const Options& o, const Invocation& invocation) {
   for (const auto& [time, frames] : darks) std::for_each(frames.begin(), frames.end(), require_dark);
   const std::vector<TransferLevel> levels = levels_of(flats, darks);
   const PhotonTransfer p = photon_transfer(levels, nominal.sensor.saturation_dn, o.saturation_dn);
+  require_one_line(p);
   Instrument measured = with_sensor(nominal, p);
   measured.sensor.header_gain_e_per_dn = header_gain(flats);
   write_text_file(o.output.targets.front(),
@@ -157,8 +168,11 @@ void run(const Options& o, const Invocation& invocation) {
                       to_toml(measured),
                   o.output.overwrite());
   o.output.json ? print_json(p) : print_text(p);
-  if (p.nonlinearity_left) return;
   std::fflush(stdout);
+  if (!(p.chi_squared <= kDoubtfulChiSquared))
+    std::fprintf(stderr, "note: chi-squared %.1f where 1 is expected: some flat is not what its header says\n",
+                 p.chi_squared);
+  if (p.nonlinearity_left) return;
   std::fprintf(stderr,
                "note: too few levels for the linearity: nonlinearity_percent stays at %s as in %s, not measured\n",
                number_text(nominal.sensor.nonlinearity_percent).c_str(), o.instrument.c_str());

@@ -263,6 +263,8 @@ std::vector<std::string> notes_on(const calib::SpotSetting& setting, const fs::p
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   require_distinct(o.frames, o.darks);
+  o.output.keep({o.frames.begin(), o.frames.end()});
+  o.output.keep({o.darks.begin(), o.darks.end()});
   const fs::path csv = o.output.targets.front();
   const calib::SpotSetting command_line = command_line_setting(o);
   std::optional<calib::SettingTable> table;
@@ -292,7 +294,9 @@ void run(const Options& o, const Invocation& invocation) {
     list.targets.push_back(target);
   }
   require_some_spot(measured);
-  write_text_file(csv, header_lines(o, invocation) + calib::to_csv(list), o.output.overwrite());
+  const std::string text = header_lines(o, invocation) + calib::to_csv(list);
+  calib::parse_targets(text, csv.string());  // a mount or an angle that calibrate would refuse
+  write_text_file(csv, text, o.output.overwrite());
   print_notes(measured);
   o.output.json ? print_json(measured, o.method) : print_text(measured);
 }

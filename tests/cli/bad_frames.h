@@ -10,7 +10,18 @@ inline std::vector<BadInput> bad_frames() {
   const std::string dark = "frames/exposure1_dark_001.fits", beam = "frames/signature_001.fits";
   const auto everywhere = [](std::size_t, std::size_t) { return true; };
   const auto signature = [](const std::function<Spoil(std::string)>& spoil) {
-    return all({spoil("frames/signature_001.fits"), spoil("frames/signature_002.fits")});
+    // The second has a card of its own: no two frames are the same bytes.
+    return all({spoil("frames/signature_001.fits"), spoil("frames/signature_002.fits"),
+                card("frames/signature_002.fits", "OBSERVER", "'second'")});
+  };
+  const auto darks = [](const std::function<Spoil(std::string)>& spoil) {
+    std::vector<Spoil> steps;
+    for (const char* number : {"1", "2", "3"}) {
+      const std::string file = std::string("frames/exposure1_dark_00") + number + ".fits";
+      steps.push_back(spoil(file));
+      steps.push_back(card(file, "OBSERVER", std::string("'") + number + "'"));
+    }
+    return all(steps);
   };
   const auto with = [](std::string line) {
     return replace("measurement.toml", "stage_deg = 20", "stage_deg = 20\n" + line);
@@ -76,7 +87,9 @@ inline std::vector<BadInput> bad_frames() {
        {"measurement.toml", "signature", "saturated"}},
       {"signature: no beam",
        run,
-       signature([](std::string f) { return copy("frames/signature_dark_001.fits", std::move(f)); }),
+       signature([](std::string f) {
+         return all({copy("frames/signature_dark_001.fits", f), card(f, "IMAGETYP", "'Light Frame'")});
+       }),
        1,
        {"measurement.toml", "signature", "no beam"}},
       {"signature: cut off by the edge",
@@ -94,6 +107,29 @@ inline std::vector<BadInput> bad_frames() {
        signature([&](std::string f) { return pixels(std::move(f), 65535, everywhere); }),
        1,
        {"measurement.toml", "signature", "saturated"}},
+      {"frame: the very bytes of another", run, copy(second, sample), 1, {second, "very same bytes", sample}},
+      {"frame: dark with the very bytes of another",
+       run,
+       copy(dark, "frames/exposure1_dark_002.fits"),
+       1,
+       {"frames/exposure1_dark_002.fits", "very same bytes", dark}},
+      {"frame: says that it is a dark",
+       run,
+       card(sample, "IMAGETYP", "'Dark Frame'"),
+       1,
+       {sample, "IMAGETYP", "light"}},
+      {"frame: says that it is a flat", run, card(sample, "IMAGETYP", "'FLAT'"), 1, {sample, "IMAGETYP", "FLAT"}},
+      {"frame: dark that shows an object", run, card(dark, "IMAGETYP", "'object'"), 1, {dark, "IMAGETYP", "object"}},
+      {"frame: dark that is saturated",
+       run,
+       darks([&](std::string f) { return pixels(std::move(f), 65535, everywhere); }),
+       1,
+       {"frames/exposure1_dark_001.fits", "saturated", "saturation_dn"}},
+      {"signature: at another arm angle",
+       run,
+       card(beam, "ARMDEG", "40.0"),
+       1,
+       {beam + ": ARMDEG", "180", "signature"}},
       {"flat: no such file", run, flat, 1, {"flat.fits", "does not exist"}},
       {"flat: another size",
        run,

@@ -96,6 +96,12 @@ inline std::vector<BadInput> bad_spots() {
       angles("spots: listed angle NaN", "file,stage_deg\n" + frame + ",nan\n", {"angles.csv:2", "nan"}),
       angles("spots: frame listed twice", "file,stage_deg\n" + frame + ",1\n" + frame + ",2\n", {frame, "angles.csv"}),
       {"spots: output exists", run, write("out.csv", "old"), 1, {"out.csv", "--force"}},
+      {"spots: mount with a comma",
+       {"spots", frame, "--instrument", "instrument.toml", "--stage-deg", "20", "--arm-deg", "40", "--mount", "a,b",
+        "-o", "out.csv"},
+       nothing(),
+       1,
+       {"out.csv"}},
       {"spots: output a map", {"spots", frame, "-o", "out.fits"}, nothing(), 1, {"out.fits", ".csv"}},
   };
 }

@@ -1,5 +1,6 @@
 // What verbs say beside their result: methods and their bounds, tolerances that none meets, maps that look elsewhere,
 // methods that were not the one asked for. Does not prove the bounds (tests/accuracy) nor any number of a result.
+#include <cmath>
 #include <cstdlib>
 
 #include "cli/lab.h"
@@ -137,6 +138,94 @@ TEST(Notes, ExportSaysThatCameraModelsAreNotRead) {
                                lab.folder());
   EXPECT_EQ(run.status, 1);
   EXPECT_TRUE(holds(run.err, "reading .cameramodel is not offered")) << run.err;
+}
+
+// Every number of a frame over its dark, as a share of what it was: 16-bit FITS with BZERO 32768.
+void dim(Lab& lab, const std::string& file, double share) {
+  std::string bytes = lab.read(file);
+  for (std::size_t i = 0; i < kSide * kSide; ++i) {
+    auto* at = reinterpret_cast<unsigned char*>(bytes.data()) + kHeaderBytes + 2 * i;
+    const double dn = ((at[0] << 8) | at[1]) ^ 0x8000;
+    const auto dimmed = static_cast<unsigned>(std::lround(300 + share * (dn - 300))) ^ 0x8000U;
+    at[0] = static_cast<unsigned char>(dimmed >> 8U);
+    at[1] = static_cast<unsigned char>(dimmed & 0xffU);
+  }
+  lab.write(file, bytes);
+}
+
+const std::vector<std::string> kBrdf{"brdf", "measurement.toml", "-o", "out.fits"};
+
+TEST(Notes, FramesOfOneExposureThatDifferInLight) {
+  Lab lab = maker().fresh_copy();
+  EXPECT_FALSE(holds(run_tool(kBrdf, lab.folder()).out, "less light"));
+  dim(lab, "frames/exposure1_002.fits", 0.5);
+  const ToolRun run = run_tool({"brdf", "measurement.toml", "-o", "out2.fits"}, lab.folder());
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_TRUE(holds(run.out, "note: exposure 1: frames/exposure1_002.fits shows ")) << run.out;
+}
+
+TEST(Notes, PixelsThatPileUpBelowTheSaturation) {
+  Lab lab = maker().fresh_copy();
+  lab.replace("instrument.toml", "saturation_dn = 65535", "saturation_dn = 70000");
+  pixels("frames/exposure1_001.fits", 65535, [](std::size_t c, std::size_t r) { return c < 4 && r < 4; })(lab);
+  const ToolRun run = run_tool(kBrdf, lab.folder());
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_TRUE(holds(run.out, "frames/exposure1_001.fits: 16 pixels hold the very same largest value, 65535 DN"))
+      << run.out;
+}
+
+TEST(Notes, AnApertureThatLeavesOutSomeOfTheBeam) {
+  Lab lab = maker().fresh_copy();
+  lab.replace("measurement.toml", "[signature]", "[signature]\naperture_radius_px = 2");
+  const ToolRun run = run_tool(kBrdf, lab.folder());
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_TRUE(holds(run.out, "note: signature.aperture_radius_px = 2 leaves out ")) << run.out;
+}
+
+TEST(Notes, ReadNoiseStatedTooLow) {
+  Lab lab = maker().fresh_copy();
+  lab.replace("instrument.toml", "read_noise_e = 8", "read_noise_e = 0.8");
+  EXPECT_TRUE(holds(run_tool(kBrdf, lab.folder()).out, " times the stated read noise"));
+}
+
+TEST(Notes, FramesBelowTheirDarks) {
+  Lab lab = maker().fresh_copy();
+  const auto everywhere = [](std::size_t, std::size_t) { return true; };
+  pixels("frames/exposure1_001.fits", 100, everywhere)(lab);
+  pixels("frames/exposure1_002.fits", 101, everywhere)(lab);
+  const ToolRun run = run_tool(kBrdf, lab.folder());
+  EXPECT_TRUE(holds(run.out, "note: most pixels lie below their darks")) << run.out << run.err;
+}
+
+TEST(Notes, AModelThatIsNothing) {
+  Lab lab = maker().fresh_copy();
+  lab.write("none.toml", "wavelength_nm = 632.8\n\n[[term]]\nkind = \"lambertian\"\nrho = 0\n");
+  const ToolRun run = run_tool({"model", "none.toml", "--like", "maps/angles.fits", "-o", "none.fits"}, lab.folder());
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_TRUE(holds(run.err, "note: the model is 0 at every pixel")) << run.err;
+  const ToolRun compared =
+      run_tool({"compare", "maps/measured.fits", "none.fits", "--pictures", "none", "-o", "out"}, lab.folder());
+  EXPECT_EQ(compared.status, 1);
+  EXPECT_TRUE(holds(compared.err, "none.fits: the model is 0 at every pixel")) << compared.err;
+}
+
+// --force replaces results, not data.
+TEST(Notes, ForceKeepsInputsAndForeignFiles) {
+  Lab lab = maker().fresh_copy();
+  const std::string frame = "frames/exposure1_001.fits", before = lab.read(frame);
+  const ToolRun run = run_tool({"brdf", "measurement.toml", "-o", frame, "--force"}, lab.folder());
+  EXPECT_EQ(run.status, 1);
+  EXPECT_TRUE(holds(run.err, frame + ": is an input of this run")) << run.err;
+  EXPECT_EQ(lab.read(frame), before);
+  const std::vector<std::string> compare{
+      "compare", "maps/measured.fits", "maps/modelled.fits", "--pictures", "none", "-o", "out", "--force"};
+  EXPECT_EQ(run_tool(compare, lab.folder()).status, 0);
+  EXPECT_EQ(run_tool(compare, lab.folder()).status, 0);
+  lab.write("out/notes.txt", "mine");
+  const ToolRun refused = run_tool(compare, lab.folder());
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_TRUE(holds(refused.err, "notes.txt: was not written by scatmap")) << refused.err;
+  EXPECT_EQ(lab.read("out/notes.txt"), "mine");
 }
 
 }  // namespace

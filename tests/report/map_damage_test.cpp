@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <fstream>
 
 #include "scatmap/base/error.h"
@@ -54,8 +55,9 @@ class MapDamage : public testing::Test {
     }
     return bytes;
   }
+  void write(const std::string& bytes) { std::ofstream(file_, std::ios::binary | std::ios::trunc) << bytes; }
   std::string said(const std::string& bytes) {
-    std::ofstream(file_, std::ios::binary | std::ios::trunc) << bytes;
+    write(bytes);
     try {
       read_map_fits(file_);
     } catch (const Error& e) {
@@ -97,6 +99,33 @@ TEST_F(MapDamage, CorrelationsOfNoCauses) {
   std::string bytes = good_;
   bytes.replace(data + 16, 8, two);
   EXPECT_NE(said(bytes).find("is no correlation"), std::string::npos) << said(bytes);
+}
+
+TEST_F(MapDamage, NumbersThatAreNone) {
+  const auto written = [&](auto&& spoil) {
+    BrdfMap map = read_map_fits(file_);
+    spoil(map);
+    write_map_fits(map, file_, Precision::kSingle, Overwrite::kForce);
+    return said(read_text_file(file_));
+  };
+  EXPECT_EQ(written([](BrdfMap&) {}), "accepted");
+  EXPECT_NE(written([](BrdfMap& m) { m.brdf_per_sr(1, 2) = std::nan(""); }).find("BRDF, column 2, row 1"),
+            std::string::npos);
+  write(good_);
+  EXPECT_NE(written([](BrdfMap& m) { m.u_random_per_sr(0, 1) = -1; }).find("U_RANDOM, column 1, row 0"),
+            std::string::npos);
+  write(good_);
+  EXPECT_NE(written([](BrdfMap& m) { m.scale.causes[1].half_width = std::nan(""); }).find("COMMON, row 2"),
+            std::string::npos);
+  write(good_);
+  EXPECT_NE(written([](BrdfMap& m) { m.scale.causes[0].half_width = -5; }).find("COMMON, row 1"), std::string::npos);
+  write(good_);
+  EXPECT_NE(written([](BrdfMap& m) { m.scale.causes[0].sensitivity = HUGE_VAL; }).find("COMMON, row 1"),
+            std::string::npos);
+  std::string bananas = good_;
+  const std::size_t at = bananas.rfind("normal");
+  bananas.replace(at, 6, "banana");
+  EXPECT_NE(said(bananas).find("banana"), std::string::npos);
 }
 
 }  // namespace

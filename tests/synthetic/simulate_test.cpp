@@ -179,9 +179,10 @@ TEST_F(Simulate, SameSeedSameBitsOtherSeedOtherBits) {
 TEST_F(Simulate, KeepsWhatIsThere) {
   run("out");
   EXPECT_THROW(run("out"), Error);
-  write("out/note.txt", "mine");
   run("out", Overwrite::kForce);
-  EXPECT_FALSE(fs::exists(folder_ / "out/note.txt"));
+  write("out/note.txt", "mine");
+  EXPECT_THROW(run("out", Overwrite::kForce), Error);
+  EXPECT_EQ(text_of("out/note.txt"), "mine");
   fs::create_directory(folder_ / "empty");
   EXPECT_NO_THROW(run("empty/"));
   fs::create_directory(folder_ / "home");

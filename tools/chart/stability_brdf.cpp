@@ -133,7 +133,7 @@ std::string copy_name(const std::string& name, int copy) { return name + "_" + s
 void write_pgms(const Grid<int>& frame, const fs::path& folder, const std::string& name) {
   for (int copy = 0; copy < kFrames; ++copy) {
     std::ofstream out(folder / copy_name(name, copy), std::ios::binary);
-    out << "P5\n" << frame.columns() << " " << frame.rows() << "\n65535\n";
+    out << "P5\n# frame " << copy_name(name, copy) << "\n" << frame.columns() << " " << frame.rows() << "\n65535\n";
     for (const int v : frame) out.put(static_cast<char>(v >> 8)).put(static_cast<char>(v & 255));
   }
 }

@@ -6,6 +6,8 @@
 #include <climits>
 #include <cstdio>
 #include <cstring>
+#include <set>
+#include <sstream>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -30,6 +32,37 @@ fs::path parent_of(const fs::path& target) {
 }
 
 bool is_empty_folder(const fs::path& path) { return fs::is_directory(path) && fs::is_empty(path); }
+
+std::set<std::string> files_below(const fs::path& folder) {
+  std::set<std::string> out;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_directory() || entry.is_symlink()) out.insert(entry.path().lexically_relative(folder).string());
+  }
+  return out;
+}
+
+// Line breaks may be part of a name that somebody gave; none of ours has any.
+std::string contents_of(const fs::path& folder) {
+  std::string text;
+  for (const std::string& file : files_below(folder)) text += file + "\n";
+  return text;
+}
+
+// Folders of before the list was kept have none.
+void refuse_foreign_files(const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::exists(folder / kContents, ignored)) return;
+  std::set<std::string> ours{kContents};
+  std::istringstream lines(read_text_file(folder / kContents));
+  for (std::string line; std::getline(lines, line);) ours.insert(line);
+  for (const std::string& file : files_below(folder)) {
+    if (!ours.contains(file))
+      throw Error({(folder / file).string(),
+                   "was not written by scatmap; even --force does not remove it",
+                   {},
+                   "a folder with scatmap's own files, or another name"});
+  }
+}
 
 }  // namespace
 
@@ -59,9 +92,11 @@ void OutputFolder::refuse_existing() const {
                  {},
                  {}});
   }
+  refuse_foreign_files(target_);
 }
 
 void OutputFolder::commit() {
+  write_text_file(temporary_ / kContents, contents_of(temporary_), Overwrite::kKeep);
   refuse_existing();
   if (!fs::exists(target_) || is_empty_folder(target_)) {
     rename_whole(temporary_, target_, Overwrite::kKeep);

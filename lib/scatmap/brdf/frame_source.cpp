@@ -1,5 +1,6 @@
 #include "scatmap/brdf/frame_source.h"
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
 
@@ -7,6 +8,7 @@
 #include "scatmap/base/number_text.h"
 #include "scatmap/base/parallel.h"
 #include "scatmap/base/units.h"
+#include "scatmap/counts/frame_light.h"
 
 namespace scatmap {
 namespace {
@@ -77,7 +79,7 @@ FrameSource::FrameSource(const Measurement& measurement)
 
 void FrameSource::check(const Frame& f, bool is_dark, double exposure_s) {
   const std::string name = f.file.string();
-  if (is_dark) require_dark(f);
+  is_dark ? require_dark(f) : require_light(f);
   require_detector_size(f.dn.rows(), f.dn.columns(), name, measurement_.instrument);
   require_agreement(f.header.exposure_s, exposure_s, 1e-3 * exposure_s, name + ": EXPTIME",
                     is_dark ? "exposure_s of the frames it is the dark of" : "exposure_s");
@@ -109,10 +111,62 @@ std::vector<Frame> FrameSource::read_all(const Exposure& e, bool are_darks, std:
   std::vector<Frame> frames;
   for (RecordedFrame& read : read_in_parallel(paths)) {
     check(read.frame, are_darks, e.exposure_s);
+    require_new(read.record, read.frame.file);
     frames.push_back(std::move(read.frame));
     records.push_back(std::move(read.record));
   }
   return frames;
+}
+
+// A copy adds no knowledge, and would make the noise seem smaller than it is.
+void FrameSource::require_new(const InputRecord& record, const std::filesystem::path& path) {
+  const auto [at, is_new] = seen_.emplace(record.sha256, path);
+  if (!is_new && at->second != path)
+    throw Error({path.string(), "has the very same bytes as " + at->second.string(), {}, "a frame of its own"});
+}
+
+namespace {
+
+std::string percent_text(double relative) { return number_text(std::round(1e3 * relative) / 10) + " %"; }
+
+// Frames of one exposure see the same light. What the sensor's offset may wander by is no light.
+std::optional<std::string> light_that_differs(const std::vector<Frame>& frames, const std::vector<double>& net_dn,
+                                              double drift, double wander_dn) {
+  constexpr double kAllowed = 0.1;
+  const auto [least, most] = std::minmax_element(net_dn.begin(), net_dn.end());
+  const double difference = *most - *least;
+  if (!(difference > wander_dn && difference > std::max(kAllowed, 3 * drift) * *most)) return std::nullopt;
+  const auto name = [&](auto at) { return frames[static_cast<std::size_t>(at - net_dn.begin())].file.string(); };
+  return name(least) + " shows " + percent_text(difference / *most) + " less light than " + name(most);
+}
+
+std::optional<std::string> clipping(const Frame& frame, const FrameLight& light, double dark_dn,
+                                    const SensorModel& sensor) {
+  constexpr std::size_t kMany = 10;
+  constexpr double kAboveNoise = 100;
+  if (light.at_largest < kMany || light.largest_dn >= sensor.saturation_dn ||
+      !(light.largest_dn > dark_dn + kAboveNoise * sensor.read_noise_dn()))
+    return std::nullopt;
+  return frame.file.string() + ": " + std::to_string(light.at_largest) + " pixels hold the very same largest value, " +
+         number_text(light.largest_dn) +
+         " DN: it may clip there, below saturation_dn = " + number_text(sensor.saturation_dn);
+}
+
+}  // namespace
+
+void FrameSource::note_light(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role) {
+  constexpr double kWander = 0.2;  // of the read noise, all pixels together
+  const auto pixels = static_cast<double>(dark.level_dn.size());
+  const double dark_dn = frame_light(dark.level_dn).sum_dn;
+  std::vector<double> net_dn;
+  for (const Frame& frame : frames) {
+    const FrameLight light = frame_light(frame.dn);
+    net_dn.push_back(light.sum_dn - dark_dn);
+    if (const auto note = clipping(frame, light, dark_dn / pixels, sensor_)) notes_.push_back(*note);
+  }
+  const double wander_dn = kWander * sensor_.read_noise_dn() * pixels;
+  if (const auto note = light_that_differs(frames, net_dn, measurement_.laser_drift, wander_dn))
+    notes_.push_back(role + ": " + *note);
 }
 
 std::shared_ptr<const FrameSource::Dark> FrameSource::dark_of(const Exposure& e, double quantum_dn) {
@@ -135,17 +189,20 @@ std::shared_ptr<const FrameSource::Dark> FrameSource::dark_of(const Exposure& e,
 FrameSource::Raw FrameSource::read_exposure(const Exposure& e, const std::string& role) {
   ExposureRecord record{role, e.exposure_s, e.filters, {}, {}};
   std::vector<Frame> frames = read_all(e, false, record.frames);
-  if (!role.starts_with("signature")) {
-    for (const Frame& f : frames) {
-      constexpr double kSameAngle_deg = 1e-3;
+  const bool is_sample = !role.starts_with("signature");
+  for (const Frame& f : frames) {
+    constexpr double kSameAngle_deg = 1e-3;
+    const std::string name = f.file.string();
+    if (is_sample)
       require_agreement(f.header.stage_deg, measurement_.pose.stage_rad * kDegPerRad, kSameAngle_deg,
-                        f.file.string() + ": STAGEDEG", "stage_deg");
-      require_agreement(f.header.arm_deg, measurement_.pose.arm_rad * kDegPerRad, kSameAngle_deg,
-                        f.file.string() + ": ARMDEG", "arm_deg");
-    }
+                        name + ": STAGEDEG", "stage_deg");
+    if (is_sample || e.arm_rad)
+      require_agreement(f.header.arm_deg, (is_sample ? measurement_.pose.arm_rad : *e.arm_rad) * kDegPerRad,
+                        kSameAngle_deg, name + ": ARMDEG", is_sample ? "arm_deg" : "arm_deg of the signature");
   }
   auto dark = dark_of(e, frames.front().quantum_dn);
   record.darks = dark->records;
+  note_light(frames, dark->master, role);
   const double pooled = dark->master.pooled_from_frames ? std::sqrt(dark->master.pooled_variance_dn2) : 0;
   return {std::move(frames), std::move(dark), pooled, std::move(record)};
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "scatmap/brdf/brdf_map.h"
@@ -38,6 +39,8 @@ class FrameSource {
   };
   Raw read_exposure(const Exposure& exposure, const std::string& role);
 
+  /// What is odd about the frames read so far, in words.
+  const std::vector<std::string>& notes() const { return notes_; }
   const SensorModel& sensor() const { return sensor_; }
   const PixelResponse& response() const { return response_; }
 
@@ -45,12 +48,16 @@ class FrameSource {
   void check(const Frame& frame, bool is_dark, double exposure_s);
   std::vector<Frame> read_all(const Exposure& exposure, bool are_darks, std::vector<InputRecord>& records);
   std::shared_ptr<const Dark> dark_of(const Exposure& exposure, double quantum_dn);
+  void require_new(const InputRecord& record, const std::filesystem::path& path);
+  void note_light(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role);
 
   const Measurement& measurement_;
   SensorModel sensor_;
   PixelResponse response_;
   std::map<std::vector<std::filesystem::path>, std::shared_ptr<const Dark>> darks_;
   std::string row_order_, row_order_file_;
+  std::map<std::string, std::filesystem::path> seen_;  // by checksum
+  std::vector<std::string> notes_;
   int groups_ = 0;
 };
 

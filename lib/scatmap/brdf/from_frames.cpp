@@ -12,6 +12,7 @@
 #include "scatmap/base/number_text.h"
 #include "scatmap/base/parallel.h"
 #include "scatmap/brdf/beam_window.h"
+#include "scatmap/brdf/exposure_agreement.h"
 #include "scatmap/brdf/frame_source.h"
 #include "scatmap/brdf/fused.h"
 #include "scatmap/brdf/merge.h"
@@ -105,9 +106,14 @@ Grid<double> apply_geometry(const Merged& merged, BrdfMap& map) {
 void note_noise(double pooled_dark_noise_dn, const std::string& role, const SensorModel& sensor, BrdfMap& map) {
   if (pooled_dark_noise_dn == 0) return;
   const double ratio = pooled_dark_noise_dn / sensor.read_noise_dn();
+  constexpr double kTooNoisy = 2;  // dark charge adds some of its own
   if (ratio < 0.7) {
     map.notes.push_back("darks of " + role + " scatter by " + std::to_string(ratio) +
                         " of the stated read noise: check sensor.read_noise_e and gain_e_per_dn");
+  } else if (ratio > kTooNoisy) {
+    map.notes.push_back("darks of " + role + " scatter by " + number_text(std::round(ratio)) +
+                        " times the stated read noise, and pixels that are none may count as hot: check "
+                        "sensor.read_noise_e");
   }
 }
 
@@ -271,8 +277,18 @@ void require_some_good_pixel(const Measurement& m, const BrdfMap& map) {
   throw Error({m.file.string(), "gives a map without a good pixel" + reason, {}, {}});
 }
 
+// What the aperture leaves out of the beam makes the whole map too bright.
+void note_aperture(const Measurement& m, const MergedSignature& signature, BrdfMap& map) {
+  constexpr double kSeen = 0.01;
+  if (!(signature.outside > kSeen)) return;
+  map.notes.push_back("signature.aperture_radius_px = " + number_text(*m.aperture.radius_px) + " leaves out " +
+                      percent(signature.outside) + " of the beam found within " +
+                      number_text(signature.found_radius_px) + " px: the map is too bright by as much");
+}
+
 // What the beam adds to the causes: its filters, each exposure with its share, and its noise.
 void refer_to_beam(const Measurement& m, const MergedSignature& signature, ExposureCauses& causes, BrdfResult& out) {
+  note_aperture(m, signature, out.map);
   out.signature = signature.beam;
   out.signature_share = signature.share;
   const double u_signature = signature.beam.u_rate_dn_per_s / signature.beam.rate_dn_per_s;
@@ -282,12 +298,26 @@ void refer_to_beam(const Measurement& m, const MergedSignature& signature, Expos
   if (u_signature > 0) causes.add_common({"signature", Distribution::kNormal, u_signature, -1, false, 0});
 }
 
+// A map merged from exposures of different scenes would be that of the exposure with the least noise.
+void require_one_scene(const Reductions& r, const std::vector<Exposure>& exposures, const std::string& role) {
+  const auto found = contradiction(scaled(r));
+  if (!found) return;
+  throw Error({exposures[found->dim].where,
+               "contradicts " + role + " " + std::to_string(found->bright + 1) +
+                   ": where either sees light, it shows " + number_text(std::round(found->ratio * 1e4) / 1e4) +
+                   " of it",
+               {},
+               "the same light within a factor of 4 after filters and times: was a shutter closed?"});
+}
+
 // Several exposures, or one step by step.
 void exact_map(const Measurement& m, FrameSource& source, Beam beam, FilterValues filters, const Progress& progress,
                BrdfResult& out) {
   BrdfMap& map = out.map;
   map.method = "exact";
   Reductions reductions = reduce_all(m, source, progress, map);
+  require_one_scene(reductions, m.exposures, "exposure");
+  require_one_scene(beam.exposures, m.signatures, "signature exposure");
   ExposureCauses causes = stated_causes(m);
   if (progress) progress("overlap", 0.8);
   if (filters == FilterValues::kByOverlap) out.overlap = measure_overlap(m, causes, reductions, beam, map);
@@ -356,6 +386,22 @@ void fused_map_of(const Measurement& m, FrameSource& source, const MergedSignatu
                       map);
 }
 
+// Counts below their darks all over the frame: no light gives that. Some rows tell.
+void note_darkness(BrdfMap& map) {
+  constexpr int kStep = 16;
+  constexpr double kBelow = -1;
+  double sum = 0, count = 0;
+  for (int r = 0; r < map.mask.rows(); r += kStep) {
+    for (int c = 0; c < map.mask.columns(); ++c) {
+      if (map.mask(r, c) != 0 || !(map.u_random_per_sr(r, c) > 0)) continue;
+      sum += std::clamp(map.brdf_per_sr(r, c) / map.u_random_per_sr(r, c), -10.0, 10.0);
+      count += 1;
+    }
+  }
+  if (count > 0 && sum < kBelow * count)
+    map.notes.push_back("most pixels lie below their darks by more than their noise: are frames and darks exchanged?");
+}
+
 }  // namespace
 
 BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, FilterValues filters, BrdfMethod method) {
@@ -374,6 +420,8 @@ BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, Filt
   } else {
     exact_map(m, source, std::move(beam), filters, progress, out);
   }
+  map.notes.insert(map.notes.end(), source.notes().begin(), source.notes().end());
+  note_darkness(map);
   return out;
 }
 

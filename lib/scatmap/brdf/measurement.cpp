@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
 #include "scatmap/base/toml_file.h"
 #include "scatmap/base/units.h"
 
@@ -31,7 +32,7 @@ Filter read_filter(const TomlTable& t, const std::string& name) {
   if (const auto percent = t.optional_number(ways[0], kPercent)) f.half_width_od = *percent / 100 * f.od;
   if (const auto od = t.optional_number(ways[1], {0, kMaxOd, false})) f.half_width_od = *od;
   if (t.has(ways[0]) || t.has(ways[1]))
-    f.distribution = distribution_from(t.choice("distribution", {"rectangular", "triangular"}));
+    f.distribution = *distribution_from(t.choice("distribution", {"rectangular", "triangular"}));
   if (const auto u = t.optional_number(ways[2], {0, kMaxOd, false})) {
     f.half_width_od = *u;
     f.distribution = Distribution::kNormal;
@@ -39,7 +40,9 @@ Filter read_filter(const TomlTable& t, const std::string& name) {
   if (t.has(ways[3])) {
     const std::vector<double> bounds = t.numbers(ways[3], 2, {-kMaxOd, kMaxOd, false});
     if (!(bounds[0] <= 0 && bounds[1] >= 0))
-      throw Error({t.where(ways[3]), "does not hold the stated od", {}, "[a number <= 0, a number >= 0]"});
+      throw Error({t.where(ways[3]), "does not hold od itself",
+                   "[" + number_text(bounds[0]) + ", " + number_text(bounds[1]) + "]",
+                   "deviations from od: [a number <= 0, a number >= 0]"});
     f.distribution = Distribution::kAsymmetric;
     f.half_width_below_od = -bounds[0];
     f.half_width_od = bounds[1];
@@ -80,6 +83,7 @@ Exposure read_exposure(const TomlTable& t, const Measurement& m, double pose_arm
     if (!seen.insert(name).second) throw Error({t.where("filters"), "names a filter twice", name, {}});
   }
   const auto arm = t.optional_number("arm_deg", kCommandedDeg);
+  if (arm) e.arm_rad = *arm * kRadPerDeg;
   if (!is_signature && arm && *arm != pose_arm_deg) {
     throw Error({t.where("arm_deg"), "differs from the measurement's arm_deg", std::to_string(*arm),
                  std::to_string(pose_arm_deg) + ": one measurement file is one pose"});

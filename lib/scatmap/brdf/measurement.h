@@ -26,6 +26,7 @@ struct Exposure {
   double exposure_s = 0;
   double u_exposure = 0;  ///< relative standard uncertainty of the exposure time, common to the exposure's frames
   std::vector<std::string> filters;  ///< names, none twice
+  std::optional<double> arm_rad;     ///< where the file states it for these frames
 };
 
 /// Where to sum the beam in the signature frames; found from the frames when absent.

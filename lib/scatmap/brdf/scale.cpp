@@ -41,11 +41,11 @@ const char* to_string(Distribution d) {
   return "";
 }
 
-Distribution distribution_from(const std::string& text) {
+std::optional<Distribution> distribution_from(const std::string& text) {
   for (const auto& [value, name] : kNames) {
     if (text == name) return value;
   }
-  return Distribution::kRectangular;
+  return std::nullopt;
 }
 
 double ScaleCause::standard() const {

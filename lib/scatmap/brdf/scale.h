@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,8 +10,8 @@ namespace scatmap {
 /// rectangular from −half_width_below to +half_width (GUM 4.3.8); normal: half width is one standard deviation.
 enum class Distribution { kNormal, kRectangular, kTriangular, kAsymmetric };
 const char* to_string(Distribution d);
-/// The inverse of to_string; rectangular for a text it never gives.
-Distribution distribution_from(const std::string& text);
+/// The inverse of to_string; nullopt for a text it never gives.
+std::optional<Distribution> distribution_from(const std::string& text);
 
 /// A neutral-density filter: a physical object with a name. Exactly one statement of its uncertainty is given.
 struct Filter {

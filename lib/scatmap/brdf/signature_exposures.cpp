@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scatmap/base/error.h"
+
 namespace scatmap {
 namespace {
 
@@ -41,19 +43,35 @@ void weigh_exposures(std::span<const ScaledCounts> exposures, const std::vector<
   }
 }
 
+// A stated aperture against the one that would be found. None is, where the beam is wider than its frame: then the
+// stated one is all there is.
+void compare_apertures(const Counts& image, std::optional<double> radius_px, MergedSignature& out) {
+  if (!radius_px) return;
+  try {
+    const Signature found = measure_signature(image, std::nullopt);
+    out.outside = std::max(0.0, 1 - out.beam.rate_dn_per_s / found.rate_dn_per_s);
+    out.found_radius_px = found.radius_px;
+  } catch (const Error&) {
+    return;
+  }
+}
+
 }  // namespace
 
 MergedSignature merge_signature(std::span<const ScaledCounts> exposures, std::optional<double> radius_px) {
   if (exposures.size() == 1) {
     const Counts& counts = *exposures.front().counts;
     const Signature beam = measure_signature(counts, radius_px);
-    return {beam, {1.0}, beam.effective_rate * counts.exposure_s};
+    MergedSignature out{beam, {1.0}, beam.effective_rate * counts.exposure_s};
+    compare_apertures(counts, radius_px, out);
+    return out;
   }
   Merged merged = merge(exposures);
   const std::vector<Grid<float>> share = std::move(merged.share);
   const Counts image = as_counts(std::move(merged));
   MergedSignature out{measure_signature(image, radius_px), std::vector<double>(exposures.size(), 0), 0};
   weigh_exposures(exposures, share, image, out);
+  compare_apertures(image, radius_px, out);
   return out;
 }
 

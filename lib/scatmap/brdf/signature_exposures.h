@@ -10,9 +10,11 @@ namespace scatmap {
 
 /// The beam as all signature exposures show it together.
 struct MergedSignature {
-  Signature beam;             ///< in DN/s as the first exposure shows it
-  std::vector<double> share;  ///< of each exposure in the sum over the aperture; they add to 1
-  double level_dn = 0;        ///< counts at which the pixels worked that carry the sum, for their non-linearity
+  Signature beam;              ///< in DN/s as the first exposure shows it
+  std::vector<double> share;   ///< of each exposure in the sum over the aperture; they add to 1
+  double level_dn = 0;         ///< counts at which the pixels worked that carry the sum, for their non-linearity
+  double outside = 0;          ///< with a stated aperture: share of the beam found that it leaves out
+  double found_radius_px = 0;  ///< of that beam's aperture
 };
 
 /// Merges the exposures of the beam like those of the sample (merge.h), so that a core that one saturates comes from

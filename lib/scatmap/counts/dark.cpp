@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
 #include "scatmap/base/parallel.h"
 #include "scatmap/counts/row_kernels.h"
 
@@ -151,14 +153,27 @@ void require_same_shape(const Frame& a, const Frame& b) {
   throw Error({b.file.string(), "has the wrong size", shape(b), shape(a) + " as " + a.file.string()});
 }
 
-void require_dark(const Frame& frame) {
+namespace {
+
+void require_type(const Frame& frame, std::initializer_list<const char*> others, const char* what_not,
+                  const char* expected) {
   if (!frame.header.image_type) return;
   std::string type = *frame.header.image_type;
   std::transform(type.begin(), type.end(), type.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (type.find("light") == std::string::npos && type.find("flat") == std::string::npos) return;
-  throw Error(
-      {frame.file.string() + ": IMAGETYP", "says that it is no dark", *frame.header.image_type, "a dark frame"});
+  for (const char* other : others) {
+    if (type.find(other) == std::string::npos) continue;
+    throw Error({frame.file.string() + ": IMAGETYP", std::string("says that it is no ") + what_not,
+                 *frame.header.image_type, expected});
+  }
+}
+
+}  // namespace
+
+void require_dark(const Frame& frame) { require_type(frame, {"light", "flat", "object"}, "dark", "a dark frame"); }
+
+void require_light(const Frame& frame) {
+  require_type(frame, {"dark", "bias", "flat"}, "light frame", "a frame of the beam or the sample");
 }
 
 MasterDark combine_darks(std::span<const Frame> darks, const SensorModel& sensor) {
@@ -170,6 +185,10 @@ MasterDark combine_darks(std::span<const Frame> darks, const SensorModel& sensor
   const double floor = noise_floor_dn2(sensor, darks.front().quantum_dn);
   combine_rows(darks, floor, sensor, out.level_dn, sample_variance, count);
   const double typical = typical_level(out.level_dn);
+  if (!(typical < sensor.saturation_dn)) {
+    throw Error({darks.front().file.string(), "is no dark: half of its pixels and more are saturated",
+                 number_text(typical) + " DN", "less than saturation_dn = " + number_text(sensor.saturation_dn)});
+  }
   const double dark_shot = sensor.bias_dn > 0 ? std::max(0.0, typical - sensor.bias_dn) / sensor.gain_e_per_dn : 0;
   const double spread = std::sqrt(floor + dark_shot);
   constexpr std::size_t kEnough = 1000;  // pooled from at least this many differences, else the stated read noise

@@ -39,5 +39,7 @@ void require_same_shape(const Frame& a, const Frame& b);
 
 /// @throws Error naming the file if its header (IMAGETYP) says that it is a light or flat frame
 void require_dark(const Frame& frame);
+/// @throws Error naming the file if its header says that it is a dark, bias or flat frame
+void require_light(const Frame& frame);
 
 }  // namespace scatmap

@@ -233,4 +233,31 @@ SCATMAP_CLONES bool spills_charge(std::span<const Mask> row) {
   return any != 0;
 }
 
+SCATMAP_CLONES RowLight row_light(const float* raw, int pixels) {
+  constexpr int kLanes = 32;  // sums of their own, which may be added in any order that is always the same
+  double sum[kLanes] = {};
+  float largest[kLanes];
+  for (float& lane : largest) lane = -std::numeric_limits<float>::infinity();
+  int first = 0;
+  for (; first + kLanes <= pixels; first += kLanes) {
+    SCATMAP_INDEPENDENT
+    for (int k = 0; k < kLanes; ++k) {
+      const float v = raw[first + k];
+      sum[k] += v == v ? v : 0.f;
+      largest[k] = v > largest[k] ? v : largest[k];
+    }
+  }
+  for (int k = 0; first + k < pixels; ++k) {
+    const float v = raw[first + k];
+    sum[k] += v == v ? v : 0.f;
+    largest[k] = v > largest[k] ? v : largest[k];
+  }
+  RowLight out{0, largest[0]};
+  for (int k = 0; k < kLanes; ++k) {
+    out.sum += sum[k];
+    out.largest = std::max(out.largest, largest[k]);
+  }
+  return out;
+}
+
 }  // namespace scatmap

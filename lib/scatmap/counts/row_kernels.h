@@ -77,4 +77,11 @@ void finish_dark_row(const float* level, const float* count, const float* sample
 /// alone.
 bool spills_charge(std::span<const Mask> row);
 
+/// Sum and largest of a row of raw values; NaN counts as absent.
+struct RowLight {
+  double sum;
+  float largest;  ///< −infinity where there is none
+};
+RowLight row_light(const float* raw, int pixels);
+
 }  // namespace scatmap

@@ -1,6 +1,8 @@
 #include <cmath>
+#include <limits>
 
 #include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
 #include "scatmap/base/units.h"
 #include "scatmap/report/fits_file.h"
 #include "scatmap/report/map_fits.h"
@@ -64,6 +66,20 @@ Eigen::MatrixXd read_correlation(FitsReader& fits, const std::string& file, std:
   return out;
 }
 
+Distribution known_distribution(const std::string& text, const std::string& where) {
+  if (const auto distribution = distribution_from(text)) return *distribution;
+  throw Error({where, "has an unknown distribution", text, "one that scatmap writes"});
+}
+
+void require_possible(const ScaleCause& c, const std::string& where) {
+  const auto possible = [](double half_width) { return half_width >= 0 && std::isfinite(half_width); };
+  if (possible(c.half_width) && possible(c.half_width_below) && std::isfinite(c.sensitivity)) return;
+  throw Error({where, "is no cause of uncertainty",
+               "half widths " + number_text(c.half_width) + " and " + number_text(c.half_width_below) +
+                   ", sensitivity " + number_text(c.sensitivity),
+               "finite numbers, half widths >= 0"});
+}
+
 ScaleBudget read_scale(FitsReader& fits, const std::string& file) {
   ScaleBudget out;
   const auto names = fits.text_column("COMMON", "CAUSE"), distributions = fits.text_column("COMMON", "DISTRIBUTION");
@@ -75,21 +91,24 @@ ScaleBudget read_scale(FitsReader& fits, const std::string& file) {
   const auto is_filter = fits.number_column("COMMON", "IS_FILTER"),
              below = fits.number_column("COMMON", "HALF_WIDTH_BELOW");
   for (std::size_t i = 0; i < names.size(); ++i) {
-    out.causes.push_back(
-        {names[i], distribution_from(distributions[i]), half_widths[i], sensitivities[i], is_filter[i] != 0, below[i]});
+    const std::string where = file + ": COMMON, row " + std::to_string(i + 1);
+    out.causes.push_back({names[i], known_distribution(distributions[i], where), half_widths[i], sensitivities[i],
+                          is_filter[i] != 0, below[i]});
+    require_possible(out.causes.back(), where);
   }
   if (fits.has("COMMON_CORRELATION")) out.correlation = read_correlation(fits, file, names.size());
   return out;
 }
 
-StructuredCause read_structured(FitsReader& fits, const std::string& hdu) {
+StructuredCause read_structured(FitsReader& fits, const std::string& file, const std::string& hdu) {
   StructuredCause out{hdu, fits.text_key(hdu, "CAUSE").value_or(hdu), fits.image_float(hdu)};
   out.cause.name = out.meaning;
   if (const auto distribution = fits.text_key(hdu, "DISTRIB"))
-    out.cause.distribution = distribution_from(*distribution);
+    out.cause.distribution = known_distribution(*distribution, file + ": " + hdu + ": DISTRIB");
   out.cause.half_width = fits.number_key(hdu, "HALFWID").value_or(1);
   out.cause.half_width_below = fits.number_key(hdu, "HALFWIDB").value_or(0);
   out.cause.is_filter = fits.number_key(hdu, "ISFILTER").value_or(0) != 0;
+  require_possible(out.cause, file + ": " + hdu);
   return out;
 }
 
@@ -98,6 +117,18 @@ void require_shape(const BrdfMap& map, int rows, int columns, const std::string&
   throw Error({file + ": " + hdu, "has another size than the instrument in the file",
                std::to_string(columns) + " x " + std::to_string(rows),
                std::to_string(map.instrument.columns) + " x " + std::to_string(map.instrument.rows)});
+}
+
+// Where the mask is 0 there is a number, and an uncertainty that can be one.
+template <class T>
+void require_numbers(const BrdfMap& map, const Grid<T>& image, T least, const std::string& where,
+                     const char* expected) {
+  for (std::size_t i = 0; i < image.size(); ++i) {
+    if (map.mask[i] != 0 || (image[i] >= least && std::isfinite(image[i]))) continue;
+    const auto columns = static_cast<std::size_t>(image.columns());
+    throw Error({where + ", column " + std::to_string(i % columns) + ", row " + std::to_string(i / columns),
+                 "has no possible value though its mask is 0", number_text(static_cast<double>(image[i])), expected});
+  }
 }
 
 }  // namespace
@@ -125,13 +156,16 @@ BrdfMap read_map_fits(const std::filesystem::path& path) {
   if (fits.has("U_POSE")) map.u_pose_per_sr = fits.image_float("U_POSE");
   for (const std::string& name : fits.names()) {
     if (name.rfind("U_", 0) != 0 || name == "U_RANDOM" || name == "U_POSE") continue;
-    map.structured.push_back(read_structured(fits, name));
+    map.structured.push_back(read_structured(fits, file, name));
   }
   for (const Grid<float>* u : {&map.u_random_per_sr, &map.u_pose_per_sr}) {
     if (!u->empty()) require_shape(map, u->rows(), u->columns(), file, "an uncertainty");
   }
   for (const StructuredCause& s : map.structured)
     require_shape(map, s.sensitivity_per_sr.rows(), s.sensitivity_per_sr.columns(), file, s.name);
+  require_numbers(map, map.brdf_per_sr, std::numeric_limits<double>::lowest(), file + ": BRDF", "a finite number");
+  require_numbers(map, map.u_random_per_sr, 0.f, file + ": U_RANDOM", "a finite number >= 0");
+  require_numbers(map, map.u_pose_per_sr, 0.f, file + ": U_POSE", "a finite number >= 0");
   map.scale = read_scale(fits, file);
   fits.require_unchanged();
   map.angles = angle_map(map.instrument, map.pose);
