@@ -75,11 +75,11 @@ TEST(HugePageAllocator, ThreadsShareIt) {
   for (std::size_t t = 0; t < wrong.size(); ++t) {
     threads.emplace_back([&wrong, t] {
       for (int i = 0; i < 300; ++i) {
-        auto* p = static_cast<std::size_t*>(allocate_pages(2 * kMiB));
+        auto* p = static_cast<std::size_t*>(allocate_pages(8 * kMiB));
         *p = t;
         std::this_thread::yield();
         wrong[t] += *p != t;
-        free_pages(p, 2 * kMiB);
+        free_pages(p, 8 * kMiB);
       }
     });
   }

@@ -11,6 +11,7 @@ namespace scatmap {
 namespace {
 
 constexpr std::size_t kHugePage = std::size_t{2} << 20;
+constexpr std::size_t kKeptFrom = std::size_t{8} << 20;  // smaller blocks, kept, would only scatter over malloc's heap
 
 std::size_t rounded(std::size_t bytes) {
   constexpr std::size_t kCacheLine = 64;
@@ -101,18 +102,21 @@ constexpr bool kKeep = !__has_feature(address_sanitizer);
 constexpr bool kKeep = true;
 #endif
 
+bool is_kept(std::size_t size) { return kKeep && size >= kKeptFrom; }
+
 }  // namespace
 
 void* allocate_pages(std::size_t bytes) {
   const std::size_t size = rounded(bytes);
-  void* memory = kKeep && size >= kHugePage ? kept_pages().take(size) : fresh_pages(size);
+  void* memory = is_kept(size) ? kept_pages().take(size) : fresh_pages(size);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
 
 void free_pages(void* memory, std::size_t bytes) noexcept {
   const std::size_t size = rounded(bytes);
-  kKeep&& size >= kHugePage ? kept_pages().give(memory, size) : std::free(memory);
+  if (is_kept(size)) return kept_pages().give(memory, size);
+  std::free(memory);
 }
 
 }  // namespace scatmap
