@@ -3,6 +3,8 @@
 #include <sys/mman.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <mutex>
 #include <vector>
@@ -11,22 +13,42 @@ namespace scatmap {
 namespace {
 
 constexpr std::size_t kHugePage = std::size_t{2} << 20;
-constexpr std::size_t kKeptFrom = std::size_t{8} << 20;  // smaller blocks, kept, would only scatter over malloc's heap
+constexpr std::size_t kPage = 4096, kAlignment = 64;
+// Blocks from here on are mapped on their own and kept: in malloc's heap, where blocks of other sizes come between,
+// they would leave holes that grow.
+constexpr std::size_t kMappedFrom = std::size_t{256} << 10;
+
+// AddressSanitizer finds what is used after it was freed only in memory of its own.
+#if defined(__SANITIZE_ADDRESS__)
+constexpr bool kMap = false;
+#elif defined(__has_feature)
+constexpr bool kMap = !__has_feature(address_sanitizer);
+#else
+constexpr bool kMap = true;
+#endif
+
+bool is_mapped(std::size_t size) { return kMap && size >= kMappedFrom; }
 
 std::size_t rounded(std::size_t bytes) {
-  constexpr std::size_t kCacheLine = 64;
-  const std::size_t alignment = bytes >= kHugePage ? kHugePage : kCacheLine;
-  if (bytes > static_cast<std::size_t>(-1) - alignment) throw std::bad_alloc();
-  return std::max(alignment, (bytes + alignment - 1) / alignment * alignment);
+  const std::size_t unit = bytes >= kHugePage ? kHugePage : bytes >= kMappedFrom ? kPage : kAlignment;
+  if (bytes > static_cast<std::size_t>(-1) - unit - kHugePage) throw std::bad_alloc();
+  return std::max(unit, (bytes + unit - 1) / unit * unit);
 }
 
-void* fresh_pages(std::size_t size) {
-  void* memory = std::aligned_alloc(size >= kHugePage ? kHugePage : 64, size);
+// @return nullptr where there is none
+void* map_pages(std::size_t size) {
+  const std::size_t slack = size >= kHugePage ? kHugePage : 0;  // to begin at a huge page
+  void* const mapped = mmap(nullptr, size + slack, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (mapped == MAP_FAILED) return nullptr;
+  if (slack == 0) return mapped;
+  auto* const begin = static_cast<std::byte*>(mapped);
+  const std::size_t past = reinterpret_cast<std::uintptr_t>(mapped) % kHugePage, head = past == 0 ? 0 : kHugePage - past;
+  if (head > 0) munmap(begin, head);
+  if (head < slack) munmap(begin + head + size, slack - head);
 #ifdef MADV_HUGEPAGE
-  // Advice: failure changes speed only.
-  if (memory != nullptr && size >= kHugePage) madvise(memory, size, MADV_HUGEPAGE);
+  madvise(begin + head, size, MADV_HUGEPAGE);  // advice: failure changes speed only
 #endif
-  return memory;
+  return begin + head;
 }
 
 // Blocks that were freed, for the next of their size: planes come in four sizes. In use and kept together are never
@@ -45,10 +67,10 @@ class KeptPages {
       kept_.erase(std::next(at).base());
     } else {
       drop_beyond(std::max(most_bytes_, used_bytes_ + size) - used_bytes_ - size);
-      memory = fresh_pages(size);
+      memory = map_pages(size);
       if (memory == nullptr) {
         drop_beyond(0);
-        memory = fresh_pages(size);
+        memory = map_pages(size);
       }
       if (memory == nullptr) return nullptr;
     }
@@ -60,7 +82,10 @@ class KeptPages {
   void give(void* memory, std::size_t size) noexcept {
     const std::lock_guard lock(mutex_);
     used_bytes_ -= size;
-    if (kept_.size() == kept_.capacity()) return std::free(memory);  // nothing is reserved on the way out
+    if (kept_.size() == kept_.capacity()) {  // nothing is reserved on the way out
+      munmap(memory, size);
+      return;
+    }
     kept_bytes_ += size;
     kept_.push_back({memory, size});
   }
@@ -71,13 +96,13 @@ class KeptPages {
     std::size_t size;
   };
 
-  static constexpr std::size_t kMost = 64;  // blocks
+  static constexpr std::size_t kMost = 256;  // blocks
 
   // The oldest go first.
   void drop_beyond(std::size_t bytes) {
     auto last = kept_.begin();
     for (; last != kept_.end() && kept_bytes_ > bytes; ++last) {
-      std::free(last->memory);
+      munmap(last->memory, last->size);
       kept_bytes_ -= last->size;
     }
     kept_.erase(kept_.begin(), last);
@@ -93,29 +118,18 @@ KeptPages& kept_pages() {
   return *pages;
 }
 
-// AddressSanitizer finds what is used after it was freed only if it is freed.
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool kKeep = false;
-#elif defined(__has_feature)
-constexpr bool kKeep = !__has_feature(address_sanitizer);
-#else
-constexpr bool kKeep = true;
-#endif
-
-bool is_kept(std::size_t size) { return kKeep && size >= kKeptFrom; }
-
 }  // namespace
 
 void* allocate_pages(std::size_t bytes) {
   const std::size_t size = rounded(bytes);
-  void* memory = is_kept(size) ? kept_pages().take(size) : fresh_pages(size);
+  void* memory = is_mapped(size) ? kept_pages().take(size) : std::aligned_alloc(kAlignment, size);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
 
 void free_pages(void* memory, std::size_t bytes) noexcept {
   const std::size_t size = rounded(bytes);
-  if (is_kept(size)) return kept_pages().give(memory, size);
+  if (is_mapped(size)) return kept_pages().give(memory, size);
   std::free(memory);
 }
 
