@@ -184,6 +184,12 @@ std::vector<std::filesystem::path> files_of(const Measurement& m) {
   return out;
 }
 
+// The fused pass ends in float, which a map in double would show.
+BrdfMethod method_of(const Options& o) {
+  const bool exact = o.method.empty() ? o.precision == "double" : o.method == "exact";
+  return exact ? BrdfMethod::kExact : BrdfMethod::kFused;
+}
+
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
   const Measurement measurement = read_measurement(o.measurement);
@@ -193,7 +199,7 @@ void run(const Options& o, const Invocation& invocation) {
   inputs.insert(inputs.begin(), record_input(o.measurement));
   BrdfResult result = brdf_from_frames(measurement, progress_bar("brdf"),
                                        o.no_overlap ? FilterValues::kNominal : FilterValues::kByOverlap,
-                                       o.method == "exact" ? BrdfMethod::kExact : BrdfMethod::kFused);
+                                       method_of(o));
   result.map.provenance = {invocation.command_line, "scatmap " + version(), inputs};
   for (const std::string& target : o.output.targets) {
     if (extension_of(target) == ".exr") {
@@ -220,10 +226,10 @@ void setup_brdf(CLI::App& app, const Invocation& invocation) {
       ->capture_default_str();
   verb->add_option(
           "--method", o->method,
-          "fused: one pass over the frames of a single exposure; exact: step by step, as several exposures always "
-          "are")
+          "fused: one pass over the frames of a single exposure, BRDF in single precision; exact: step by step, as "
+          "several exposures always are")
       ->check(CLI::IsMember({"fused", "exact"}))
-      ->default_str("fused");
+      ->default_str("fused, exact with --precision double");
   verb->add_flag("--no-overlap", o->no_overlap,
                  "merge exposures with the stated filters, not with those measured by overlap");
   o->output.add_to(*verb, "OUT.fits or OUT.exr; give -o twice for both", {".fits", ".fit", ".exr"});

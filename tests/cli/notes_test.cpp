@@ -2,6 +2,7 @@
 // methods that were not the one asked for. Does not prove the bounds (tests/accuracy) nor any number of a result.
 #include <cmath>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 
 #include "cli/lab.h"
 #include "cli/spoil.h"
@@ -106,6 +107,20 @@ TEST(Notes, AMeasuredGainGoesWithFramesThatSayTheirNominalOne) {
   EXPECT_TRUE(holds(refused.err, "sensor.header_gain_e_per_dn")) << refused.err;
   lab.replace("instrument.toml", "gain_e_per_dn = 1.4", "gain_e_per_dn = 1.4\nheader_gain_e_per_dn = 1.5");
   EXPECT_EQ(run_tool(command, lab.folder()).status, 0);
+}
+
+TEST(Notes, DoublePrecisionIsNotTheFusedPass) {
+  Lab lab = maker().fresh_copy();
+  const auto method = [&](std::vector<std::string> more) {
+    std::vector<std::string> command{"brdf", "measurement.toml", "-o", "out.fits", "--force", "--json"};
+    command.insert(command.end(), more.begin(), more.end());
+    const ToolRun run = run_tool(command, lab.folder());
+    EXPECT_EQ(run.status, 0) << run.err;
+    return nlohmann::json::parse(run.out).at("method").get<std::string>();
+  };
+  EXPECT_EQ(method({}), "fused");
+  EXPECT_EQ(method({"--precision", "double"}), "exact");
+  EXPECT_EQ(method({"--precision", "double", "--method", "fused"}), "fused");
 }
 
 TEST(Notes, BrdfSaysWhenItDoesNotFuse) {

@@ -43,7 +43,7 @@ void Fused(benchmark::State& state) {
   const BrdfScene& s = scene_of(size.columns, size.rows, static_cast<int>(state.range(2)));
   const SampleView view = sample_view(s.instrument, s.pose);
   const PoseTiles pose(view, calibration_changes(s.instrument, s.pose), size.rows, size.columns);
-  FusedPlanes planes;
+  FusedPlanes<float> planes;
   with_threads(static_cast<int>(state.range(1)), [&] {
     const auto fill = [&] {
       fused_map(s.fused_frames(), {view, nullptr, state.range(3) != 0 ? &pose : nullptr}, {}, planes);

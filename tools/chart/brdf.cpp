@@ -20,13 +20,13 @@ constexpr int kErrorStep = 37;  // every so many pixels are compared with the lo
 std::string size_text(const Instrument& in) { return std::to_string(in.columns) + " x " + std::to_string(in.rows); }
 
 // The reference method: one step after the other over whole images.
-FusedPlanes exact_chain(const BrdfScene& s, bool with_pose) {
+FusedPlanes<double> exact_chain(const BrdfScene& s, bool with_pose) {
   const Counts counts = reduce(s.frames, s.dark, s.sensor, s.response, s.exposure_s);
   const std::vector<ScaledCounts> one{{&counts, s.factor, 0}};
   const Merged merged = merge(one);
   const AngleMap angles = angle_map(s.instrument, s.pose);
   const int rows = counts.mask.rows(), columns = counts.mask.columns();
-  FusedPlanes out{{rows, columns}, {rows, columns}, {}, {rows, columns}, {rows, columns}, {rows, columns}};
+  FusedPlanes<double> out{{rows, columns}, {rows, columns}, {}, {rows, columns}, {rows, columns}, {rows, columns}};
   for_each_row(rows, [&](int r) {
     for (int c = 0; c < columns; ++c) {
       const double projected = angles.solid_angle_sr(r, c) * std::cos(angles.theta_s_rad(r, c));
@@ -46,7 +46,7 @@ FusedPlanes exact_chain(const BrdfScene& s, bool with_pose) {
 }
 
 // As array packages compute it: each step makes a new image of doubles; the noise is that of the pixel's own count.
-FusedPlanes naive_passes(const BrdfScene& s) {
+FusedPlanes<double> naive_passes(const BrdfScene& s) {
   const int rows = s.dark.mask.rows(), columns = s.dark.mask.columns();
   const auto image = [&](auto&& value) {
     Grid<double> out(rows, columns);
@@ -66,7 +66,7 @@ FusedPlanes naive_passes(const BrdfScene& s) {
   const AngleMap angles = angle_map(s.instrument, s.pose);
   const Grid<double> projected =
       image([&](std::size_t i) { return angles.solid_angle_sr[i] * std::cos(angles.theta_s_rad[i]); });
-  FusedPlanes out{image([&](std::size_t i) { return rate[i] * s.factor / projected[i]; }),
+  FusedPlanes<double> out{image([&](std::size_t i) { return rate[i] * s.factor / projected[i]; }),
                   {rows, columns},
                   {},
                   {},
@@ -80,7 +80,8 @@ FusedPlanes naive_passes(const BrdfScene& s) {
 }
 
 // Against counts/(Ω cos theta_s) with the divisor in long double.
-ErrorSample errors_of(const FusedPlanes& planes, const BrdfScene& s) {
+template <class T>
+ErrorSample errors_of(const FusedPlanes<T>& planes, const BrdfScene& s) {
   const SampleView view = sample_view(s.instrument, s.pose);
   const Counts counts = reduce(s.frames, s.dark, s.sensor, s.response, s.exposure_s);
   ErrorSample out;
@@ -92,7 +93,9 @@ ErrorSample errors_of(const FusedPlanes& planes, const BrdfScene& s) {
     const long double r2 = d.squaredNorm(), facing = view.detector_normal.cast<long double>().dot(d);
     const long double truth = static_cast<long double>(counts.rate_dn_per_s[i]) * s.factor * r2 * r2 /
                               (static_cast<long double>(view.pixel_area_m2) * facing * d.z());
-    out.add(static_cast<double>(planes.brdf_per_sr[i] / truth - 1), column, row);
+    // The pass's rounding is relative to the count and its noise: near zero counts a ratio alone would say nothing.
+    const long double scale = std::abs(truth) + static_cast<long double>(planes.u_random_per_sr[i]);
+    out.add(static_cast<double>((planes.brdf_per_sr[i] - truth) / scale), column, row);
   }
   return out;
 }
@@ -105,7 +108,8 @@ double largest_ratio_error(const Grid<float>& a, const Grid<float>& b) {
   return largest;
 }
 
-std::string uncertainty_note(const FusedPlanes& planes, const FusedPlanes& exact) {
+template <class T>
+std::string uncertainty_note(const FusedPlanes<T>& planes, const FusedPlanes<double>& exact) {
   char text[120];
   if (planes.u_pose_per_sr.empty()) {
     std::snprintf(text, sizeof text, "without u_pose; u_random within %.1e of exact",
@@ -134,7 +138,7 @@ class Rows {
     row.bound = bound;
     row.time = with_threads(
         threads, [&] { return time_per_item(scene_.dark.mask.size(), seconds_, [&] { keep(work().mask.data()); }); });
-    const FusedPlanes& planes = work();
+    const auto& planes = work();
     const ErrorSample errors = errors_of(planes, scene_);
     row.largest_error = errors.largest();
     row.p99_error = errors.percentile(99);
@@ -147,7 +151,7 @@ class Rows {
   const BrdfScene& scene_;
   double seconds_;
   Chart& chart_;
-  FusedPlanes exact_;
+  FusedPlanes<double> exact_;
 };
 
 void add_rows(const BrdfScene& s, double seconds, Chart& chart) {
@@ -157,10 +161,10 @@ void add_rows(const BrdfScene& s, double seconds, Chart& chart) {
   for (const int threads : {1, 2}) {
     rows.add("exact", threads, [&] { return exact_chain(s, true); });
     for (const PoseTiles* pose : {&tiles, static_cast<const PoseTiles*>(nullptr)}) {
-      FusedPlanes planes;  // filled again each time: no fresh memory is touched
+      FusedPlanes<float> planes;  // filled again each time: no fresh memory is touched
       rows.add(
           pose != nullptr ? "fused" : "fused without pose", threads,
-          [&]() -> const FusedPlanes& {
+          [&]() -> const FusedPlanes<float>& {
             fused_map(s.fused_frames(), {view, nullptr, pose}, {}, planes);
             return planes;
           },
@@ -175,7 +179,7 @@ void add_rows(const BrdfScene& s, double seconds, Chart& chart) {
 
 std::vector<Chart> chart_brdf(const ChartSettings& s) {
   Chart chart{"brdf",  "Counts to BRDF: one raw frame and a master dark in memory to map, uncertainties and mask",
-              "pixel", "relative error of the BRDF",
+              "pixel", "error of the BRDF over |f| + u_random",
               "",      "counts over a long double solid angle",
               {},      {},
               {}};

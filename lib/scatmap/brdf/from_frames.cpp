@@ -371,7 +371,7 @@ void fused_map_of(const Measurement& m, FrameSource& source, const MergedSignatu
   std::optional<PoseTiles> pose;
   if (m.instrument.calibration && !m.instrument.calibration->parameters.empty())
     pose.emplace(view, calibration_changes(m.instrument, m.pose), m.instrument.rows, m.instrument.columns);
-  FusedPlanes planes;
+  FusedPlanes<double> planes;
   fused_map({raw.frames, raw.dark->master, source.sensor(), source.response(), exposure.exposure_s, factor},
             {view, nullptr, pose ? &*pose : nullptr}, {.with_total = false, .with_expected = u_nonlinearity(m) > 0},
             planes);

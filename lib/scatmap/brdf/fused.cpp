@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 #include <vector>
 
 #include "scatmap/base/parallel.h"
@@ -36,7 +37,8 @@ class RowRing {
   std::vector<T, HugePageAllocator<T>> data_;
 };
 
-std::size_t bytes(const FusedPlanes& p) {
+template <class T>
+std::size_t bytes(const FusedPlanes<T>& p) {
   const auto of = [](const auto& plane) { return plane.size() * sizeof(*plane.data()); };
   return of(p.brdf_per_sr) + of(p.u_random_per_sr) + of(p.u_pose_per_sr) + of(p.u_total_per_sr) + of(p.mask) +
          of(p.expected_per_sr);
@@ -44,11 +46,13 @@ std::size_t bytes(const FusedPlanes& p) {
 
 // One band of rows, streamed: row r is reduced; r − 1 then knows its blooming neighbours; r − 3 its window; r − 4 its
 // gradient.
+template <class T>
 class Band {
  public:
-  Band(const RowReducer& reducer, const FusedGeometry& geometry, FusedPlanes& out)
+  Band(const RowReducer<float>& reducer, const FusedGeometry& geometry, double per_dn, FusedPlanes<T>& out)
       : reducer_(reducer),
         geometry_(geometry),
+        per_dn_(per_dn),
         out_(out),
         rows_(out.mask.rows()),
         columns_(out.mask.columns()),
@@ -83,8 +87,9 @@ class Band {
   // Some more of the next row's inputs are on their way while this one is worked on.
   void ask_for_more() {
     if (asked_ >= columns_) return;
-    reducer_.prefetch(next_row_, asked_);
-    asked_ += RowReducer::kAhead;
+    constexpr int kSome = 80;
+    reducer_.prefetch(next_row_, asked_, asked_ + kSome);
+    asked_ += kSome;
   }
 
   void reduce_row(int row) {
@@ -92,8 +97,9 @@ class Band {
       mask_.clear(row);
       return;
     }
-    reducer_.row(row, {value_.at(row), floor_.at(row), shot_.at(row), nullptr, mask_.at(row)}, scratch_);
+    const CountsRow<float> to{value_.at(row), floor_.at(row), shot_.at(row), nullptr, mask_.at(row)};
     spills_.at(static_cast<std::size_t>(row + 3) % 3) =
+        reducer_.columns(row, 0, columns_, to, scratch_).saturated &&
         spills_charge({mask_.at(row), static_cast<std::size_t>(columns_)});
   }
 
@@ -114,7 +120,7 @@ class Band {
   // A row's map; rows beside the band only for the gradient.
   void finish(int row) {
     if (!on_frame(row)) {
-      expected_f_.clear(row);
+      expected_.clear(row);
       return;
     }
     WindowRows window;
@@ -134,24 +140,21 @@ class Band {
       part.value[k] += first;
       part.good[k] += first;
     }
-    const CleanRow in{value_.at(row) + first, floor_.at(row) + first, shot_.at(row) + first};
+    fill_per_dn(row, first, n);
     ask_for_more();
-    expected_row(part, in.floor, in.shot, n, expected_.data());
-    ask_for_more();
-    fill_inverse(row, first, n);
     const bool kept = in_band(row), direct = kept && !streamed_;
-    const BrdfStrip to{direct ? out_.brdf_per_sr.row(row).data() + first : brdf_.data(),
-                       direct ? out_.u_random_per_sr.row(row).data() + first : u_random_.at(row) + first,
-                       expected_f_.at(row) + first};
-    const bool infinite = brdf_strip(in, expected_.data(), inverse_.data(), n, to);
+    BrdfStrip to{brdf_.data(), u_random_.at(row) + first, expected_.at(row) + first};
+    if constexpr (std::is_same_v<T, float>) {
+      if (direct) to.brdf_per_sr = out_.brdf_per_sr.row(row).data() + first;
+    }
+    if (direct) to.u_random_per_sr = out_.u_random_per_sr.row(row).data() + first;
+    const bool infinite = map_strip(part, floor_.at(row) + first, shot_.at(row) + first, per_dn_of_.data(), n, to);
     ask_for_more();
     Mask* mask = mask_.at(row) + first;
     if (infinite || odd) mask_strip(mask, n, to);
     if (!kept) return;
-    if (streamed_) {
-      send(to.brdf_per_sr, n, out_.brdf_per_sr, row, first);
-      send(to.u_random_per_sr, n, out_.u_random_per_sr, row, first);
-    }
+    if (to.brdf_per_sr == brdf_.data()) send(to.brdf_per_sr, n, out_.brdf_per_sr, row, first);
+    if (streamed_) send(to.u_random_per_sr, n, out_.u_random_per_sr, row, first);
     send(mask, n, out_.mask, row, first);
     if (!out_.expected_per_sr.empty()) send(to.expected_per_sr, n, out_.expected_per_sr, row, first);
   }
@@ -178,13 +181,13 @@ class Band {
     return false;
   }
 
-  // 1/(Ω cos theta_s) of a strip.
-  void fill_inverse(int row, int first, int n) {
-    if (geometry_.angles == nullptr) return inverse_projected(along_row_, first, n, inverse_.data());
+  // Map units per DN along a strip.
+  void fill_per_dn(int row, int first, int n) {
+    if (geometry_.angles == nullptr) return inverse_projected(along_row_, per_dn_, first, n, per_dn_of_.data());
     const AngleMap& angles = *geometry_.angles;
     for (int i = 0; i < n; ++i) {
-      inverse_[static_cast<std::size_t>(i)] =
-          1 / (angles.solid_angle_sr(row, first + i) * std::cos(angles.theta_s_rad(row, first + i)));
+      per_dn_of_[static_cast<std::size_t>(i)] =
+          per_dn_ / (angles.solid_angle_sr(row, first + i) * std::cos(angles.theta_s_rad(row, first + i)));
     }
   }
 
@@ -193,8 +196,8 @@ class Band {
     for (int i = 0; i < n; ++i) {
       if (mask[i] == 0 && !std::isfinite(to.brdf_per_sr[i])) mask[i] = kNoData;
       if (mask[i] == 0) continue;
-      to.brdf_per_sr[i] = to.expected_per_sr[i] = kNaN;
-      to.u_random_per_sr[i] = std::numeric_limits<float>::quiet_NaN();
+      to.brdf_per_sr[i] = to.u_random_per_sr[i] = std::numeric_limits<float>::quiet_NaN();
+      to.expected_per_sr[i] = kNaN;
     }
   }
 
@@ -206,42 +209,45 @@ class Band {
       return;
     }
     float* u = streamed_ ? u_pose_.at(row) : out_.u_pose_per_sr.row(row).data();
-    geometry_.pose->squares(tiles_, row, {expected_f_.at(row - 1), expected_f_.at(row), expected_f_.at(row + 1)}, u);
     float* total = streamed_ ? u_total_.at(row) : with_total ? out_.u_total_per_sr.row(row).data() : nullptr;
-    for (int c = 0; c < columns_; c += kStrip) {
-      const int n = std::min(kStrip, columns_ - c);
-      with_total ? pose_and_total(n, u_random + c, u + c, total + c) : square_roots(n, u + c);
-      if (!streamed_) continue;
-      send(u + c, n, out_.u_pose_per_sr, row, c);
-      if (with_total) send(total + c, n, out_.u_total_per_sr, row, c);
+    geometry_.pose->fill_row(tiles_, row, {expected_.at(row - 1), expected_.at(row), expected_.at(row + 1)},
+                             {u, u_random, with_total ? total : nullptr});
+    if (!streamed_) return;
+    send(u, columns_, out_.u_pose_per_sr, row, 0);
+    if (with_total) send(total, columns_, out_.u_total_per_sr, row, 0);
+  }
+
+  template <class From, class To>
+  void send(const From* from, int count, Grid<To>& plane, int row, int first) const {
+    To* to = plane.row(row).data() + first;
+    if constexpr (std::is_same_v<From, To>) {
+      streamed_ ? stream_copy(from, static_cast<std::size_t>(count), to) : void(std::copy_n(from, count, to));
+    } else {
+      std::copy_n(from, count, to);
     }
   }
 
-  template <class T>
-  void send(const T* from, int count, Grid<T>& plane, int row, int first) const {
-    T* to = plane.row(row).data() + first;
-    streamed_ ? stream_copy(from, static_cast<std::size_t>(count), to) : void(std::copy_n(from, count, to));
-  }
-
-  const RowReducer& reducer_;
+  const RowReducer<float>& reducer_;
   const FusedGeometry& geometry_;
-  FusedPlanes& out_;
+  double per_dn_;
+  FusedPlanes<T>& out_;
   int rows_, columns_, first_ = 0, last_ = 0;
   bool streamed_;
   int next_row_ = 0, asked_ = 0;  // columns of the next row that are on their way
-  RowReducer::Scratch scratch_;
+  RowReducer<float>::Scratch scratch_;
   std::vector<PoseTiles::Tile> tiles_;
   std::array<bool, 3> spills_{};
   std::array<bool, kWindowRows> odd_{};  // pixels of mask 0 without a finite value
   RowRing<Mask, 6> mask_{columns_, 0, Mask{0}};
-  RowRing<double, kWindowRows + 1> value_{columns_, kRowMargin, 0.0};
+  RowRing<float, kWindowRows + 1> value_{columns_, kRowMargin, 0.f};
   RowRing<std::uint8_t, kWindowRows + 1> good_{columns_, kRowMargin, std::uint8_t{0}};
   RowRing<float, kWindowRows + 1> floor_{columns_, 0, 0.f}, shot_{columns_, 0, 0.f};
-  RowRing<double, 3> expected_f_{columns_, kRowMargin, kNaN};
+  RowRing<double, 3> expected_{columns_, kRowMargin, kNaN};
   RowRing<float, 2> u_random_{columns_, 0, 0.f};
   RowRing<float, 1> u_pose_{columns_, 0, 0.f}, u_total_{columns_, 0, 0.f};
   GeometryRow along_row_{};
-  alignas(64) std::array<double, kStrip> expected_, inverse_, brdf_;
+  alignas(64) std::array<double, kStrip> per_dn_of_;
+  alignas(64) std::array<float, kStrip> brdf_;
 };
 
 template <class T>
@@ -255,10 +261,13 @@ void shape(Grid<T>& plane, int rows, int columns, bool wanted) {
 
 }  // namespace
 
+template <class T>
 void fused_map(const FusedFrames& frames, const FusedGeometry& geometry, const FusedOptions& options,
-               FusedPlanes& out) {
-  const RowReducer reducer(frames.frames, frames.dark, frames.sensor, frames.response, frames.exposure_s,
-                           frames.factor);
+               FusedPlanes<T>& out) {
+  require_reducible(frames.frames, frames.dark, frames.exposure_s);
+  // Counts stay in DN, where float has room on either side, until they are divided by the geometry.
+  const RowReducer<float> reducer(frames.frames, frames.dark, frames.sensor, frames.response, 1);
+  const double per_dn = frames.factor / frames.exposure_s;
   const int rows = frames.dark.level_dn.rows(), columns = frames.dark.level_dn.columns();
   shape(out.brdf_per_sr, rows, columns, true);
   shape(out.u_random_per_sr, rows, columns, true);
@@ -268,15 +277,19 @@ void fused_map(const FusedFrames& frames, const FusedGeometry& geometry, const F
   shape(out.expected_per_sr, rows, columns, options.with_expected);
   const int bands = (rows + kFusedBand - 1) / kFusedBand;
   for_ranges(bands, 1, [&](int first, int last) {
-    Band band(reducer, geometry, out);
+    Band<T> band(reducer, geometry, per_dn, out);
     for (int index = first; index < last; ++index) band.run(index);
   });
 }
 
+template void fused_map(const FusedFrames&, const FusedGeometry&, const FusedOptions&, FusedPlanes<float>&);
+template void fused_map(const FusedFrames&, const FusedGeometry&, const FusedOptions&, FusedPlanes<double>&);
+
 std::span<const MethodBound> brdf_bounds() {
   static constexpr const char* kDomain = "finite counts, theta_s < 90 deg";
   static constexpr std::array kBounds{
-      MethodBound{"brdf", "fused", "BRDF", "exact chain", kDomain, "relative, over cos theta_s", kFusedBrdfMaxError},
+      MethodBound{"brdf", "fused", "BRDF", "exact chain", kDomain, "of its size and sqrt(frames) u_random",
+                  kFusedBrdfMaxError},
       MethodBound{"brdf", "fused", "u_random", "exact chain", kDomain, "relative", kFusedUncertaintyMaxError},
       MethodBound{"brdf", "fused", "u_pose, u_total", "exact chain", "three calibrated parameters or more",
                   "relative to u_total", kFusedPoseMaxError},

@@ -29,9 +29,11 @@ struct FusedGeometry {
 };
 
 /// What one pass gives: rows × columns, NaN where the mask is not 0. Planes that are empty when the pass begins are
-/// allocated; planes of the right shape are filled again, which saves touching fresh memory.
+/// allocated; planes of the right shape are filled again, which saves touching fresh memory. T: float or double; the
+/// pass itself is in float, but where small differences count.
+template <class T>
 struct FusedPlanes {
-  Grid<double> brdf_per_sr;
+  Grid<T> brdf_per_sr;
   Grid<float> u_random_per_sr;
   Grid<float> u_pose_per_sr;   ///< empty without a calibration
   Grid<float> u_total_per_sr;  ///< random and pose together; scale and other causes excluded. With `with_total` only
@@ -45,14 +47,16 @@ struct FusedOptions {
 };
 
 /// The `fused` method of counts → BRDF for one exposure: from raw frames to the map, its uncertainty parts and mask in
-/// one pass in bands of rows, without whole intermediate images. Against `exact` (reduce, merge, angle_map, division,
-/// pose_uncertainty) masks and NaNs are the same, BRDF within kFusedBrdfMaxError/cos theta_s, u_random within
-/// kFusedUncertaintyMaxError, all relative, u_pose and u_total within kFusedPoseMaxError of u_total. The same bytes for
-/// any number of threads. Memory: the planes, and per thread some twenty rows.
+/// one pass over blocks that stay in the caches, without whole intermediate images. Against `exact` (reduce, merge,
+/// angle_map, division, pose_uncertainty) masks and NaNs are the same, BRDF within kFusedBrdfMaxError of
+/// |f| + sqrt(frames) u_random, u_random within kFusedUncertaintyMaxError, u_pose and u_total within kFusedPoseMaxError
+/// of u_total. The same bytes for any number of threads. Memory: the planes, and some 100 KiB per thread.
 /// @throws Error as reduce
-void fused_map(const FusedFrames& frames, const FusedGeometry& geometry, const FusedOptions& options, FusedPlanes& out);
+template <class T>
+void fused_map(const FusedFrames& frames, const FusedGeometry& geometry, const FusedOptions& options,
+               FusedPlanes<T>& out);
 
-inline constexpr double kFusedBrdfMaxError = 1e-13;  ///< over cos theta_s
+inline constexpr double kFusedBrdfMaxError = 5e-7;  ///< eight roundings of a float
 inline constexpr double kFusedUncertaintyMaxError = 1e-6;
 /// u_pose and u_total, of u_total: two float roundings of a quadratic form, and those of the noise behind its
 /// gradients; with one or two calibrated parameters, whose effects can cancel, kPoseMaxError.

@@ -11,11 +11,11 @@ namespace scatmap {
 
 inline constexpr int kWindowReach = 2;
 inline constexpr int kWindowRows = 2 * kWindowReach + 1;
-inline constexpr int kRowMargin = 8;  ///< the window's reach and more: column 0 then starts a cache line
+inline constexpr int kRowMargin = 16;  ///< the window's reach and more: column 0 then starts a cache line
 
-/// A row of counts on the map's scale, before the geometry.
+/// A row of counts, DN.
 struct CleanRow {
-  double* value;
+  float* value;
   const float* floor;  ///< variance at zero signal
   const float* shot;   ///< variance per unit of signal
 };
@@ -26,12 +26,9 @@ bool clean_row(const Mask* mask, int pixels, const CleanRow& row, std::uint8_t* 
 
 /// Rows of a 5 × 5 window; [kWindowReach] is the row in hand. Rows off the frame are zeros.
 struct WindowRows {
-  const double* value[kWindowRows];
+  const float* value[kWindowRows];
   const std::uint8_t* good[kWindowRows];
 };
-
-/// expected_signal() along a row; NaN where the pixel is not good.
-void expected_row(const WindowRows& rows, const float* floor, const float* shot, int pixels, double* expected);
 
 /// Rays along one row of a flat detector.
 struct GeometryRow {
@@ -42,20 +39,21 @@ struct GeometryRow {
 };
 GeometryRow geometry_row(const SampleView& view, int row);
 
-/// 1/(Ω cos theta_s) = |D|⁴/(area (nd·D)(n·D)) for columns [first, first + pixels) of a row: no angle and no root is
-/// needed, and no division where n·D changes little over a strip.
-void inverse_projected(const GeometryRow& g, int first, int pixels, double* out);
+/// scale/(Ω cos theta_s) = scale |D|⁴/(area (nd·D)(n·D)) for columns [first, first + pixels) of a row: no angle and no
+/// root is needed, and no division where it is close enough to a polynomial along the row (1e-8).
+void inverse_projected(const GeometryRow& g, double scale, int first, int pixels, double* out);
 
 /// Where a strip of the map goes.
 struct BrdfStrip {
-  double* brdf_per_sr;
+  float* brdf_per_sr;
   float* u_random_per_sr;
   double* expected_per_sr;  ///< NaN where the map is
 };
 
-/// Divides by Ω cos theta_s; NaN where not good. @return whether any pixel may have given an infinite value
-/// @param expected NaN where not good
-bool brdf_strip(const CleanRow& in, const double* expected, const double* inverse_projected, int pixels,
-                const BrdfStrip& out);
+/// expected_signal() along a strip, then the division by Ω cos theta_s; NaN where the pixel is not good.
+/// @param floor, shot  CleanRow; @param per_dn  map units per DN; @param pixels at most kStrip. @return whether any pixel
+/// may have given an infinite value
+bool map_strip(const WindowRows& rows, const float* floor, const float* shot, const double* per_dn, int pixels,
+               const BrdfStrip& out);
 
 }  // namespace scatmap

@@ -69,16 +69,35 @@ SCATMAP_INLINE RowForm of_differences(const RowForm& form) {
 }
 
 // From the first to the last NaN.
-SCATMAP_INLINE ColumnSpan absent_span(const float* square, int first_column, int n) {
+SCATMAP_INLINE Span absent_span(const float* u, int n) {
   int first = n, last = 0;
   SCATMAP_INDEPENDENT
   for (int i = 0; i < n; ++i) {
-    const bool absent = square[i] != square[i];
+    const bool absent = u[i] != u[i];
     const int from = absent ? i : n, past = absent ? i + 1 : 0;
     first = from < first ? from : first;
     last = past > last ? past : last;
   }
-  return {first_column + first, first_column + last};
+  return {first, last};
+}
+
+// @return largest bit pattern of a square: NaN is past infinity
+template <bool kTotal>
+SCATMAP_INLINE std::int32_t fill(const RowForm& q, float per_column, const GradientRows& f, int n, const PoseRow& out) {
+  const double *above = f.above, *here = f.here, *below = f.below;
+  const float* u_random = out.u_random;
+  float *u_pose = out.u_pose, *u_total = out.u_total;
+  std::int32_t largest = 0;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < n; ++i) {
+    const auto x = static_cast<float>(here[i + 1] - here[i - 1]), y = static_cast<float>(below[i] - above[i]);
+    const float square = square_of(q, static_cast<float>(i) * per_column, static_cast<float>(here[i]), x, y);
+    u_pose[i] = std::sqrt(square);
+    if constexpr (kTotal) u_total[i] = std::sqrt(u_random[i] * u_random[i] + square);
+    const std::int32_t bits = std::bit_cast<std::int32_t>(square) & 0x7fffffff;
+    largest = bits > largest ? bits : largest;
+  }
+  return largest;
 }
 
 }  // namespace
@@ -87,39 +106,13 @@ float form_square(const RowForm& form, float t, const Gradient& g) {
   return square_of(form, t, static_cast<float>(g.f), static_cast<float>(g.per_column), static_cast<float>(g.per_row));
 }
 
-SCATMAP_CLONES ColumnSpan form_squares(const RowForm& form, float per_column, const GradientRows& f, int first_column,
-                                       int last_column, float* out) {
+SCATMAP_CLONES Span form_row(const RowForm& form, float per_column, const GradientRows& f, int pixels,
+                             const PoseRow& out) {
   const RowForm q = of_differences(form);  // and a local copy: nothing that `out` could overlap
-  const int n = last_column - first_column;
-  const double *above = f.above + first_column, *here = f.here + first_column, *below = f.below + first_column;
-  float* to = out + first_column;
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < n; ++i) {
-    const auto x = static_cast<float>(here[i + 1] - here[i - 1]), y = static_cast<float>(below[i] - above[i]);
-    to[i] = square_of(q, static_cast<float>(i) * per_column, static_cast<float>(here[i]), x, y);
-  }
-  std::int32_t largest = 0;  // bit pattern of a square: NaN is past infinity
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < n; ++i) {
-    const std::int32_t bits = std::bit_cast<std::int32_t>(to[i]) & 0x7fffffff;
-    largest = bits > largest ? bits : largest;
-  }
+  const std::int32_t largest = out.u_total != nullptr ? fill<true>(q, per_column, f, pixels, out)
+                                                      : fill<false>(q, per_column, f, pixels, out);
   constexpr std::int32_t kInfinite = 0x7f800000;
-  return largest > kInfinite ? absent_span(to, first_column, n) : ColumnSpan{last_column, last_column};
-}
-
-SCATMAP_CLONES void square_roots(int pixels, float* square) {
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < pixels; ++i) square[i] = std::sqrt(square[i]);
-}
-
-SCATMAP_CLONES void pose_and_total(int pixels, const float* u_random, float* square, float* u_total) {
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < pixels; ++i) {
-    const float s = square[i];
-    u_total[i] = std::sqrt(u_random[i] * u_random[i] + s);
-    square[i] = std::sqrt(s);
-  }
+  return largest > kInfinite ? absent_span(out.u_pose, pixels) : Span{pixels, pixels};
 }
 
 }  // namespace scatmap

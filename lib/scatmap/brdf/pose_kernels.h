@@ -27,21 +27,15 @@ struct RowForm {
 /// The row at t of a tile, 0 at its first row and 1 at its last.
 void row_form(const PoseTiles::Tile& tile, double t, RowForm& out);
 
-/// Columns from the first to the last of some kind; empty where first >= last.
-struct ColumnSpan {
+/// Indices from the first to the last of some kind; empty where first >= last.
+struct Span {
   int first, last;  ///< last: one past
 };
 
-/// Squares over [first_column, last_column) with central differences: NaN beside any NaN. @return where they are NaN
-ColumnSpan form_squares(const RowForm& form, float per_column, const GradientRows& f, int first_column, int last_column,
-                        float* out);
+/// u_pose of a tile's row by central differences: NaN beside any NaN. @return where it is NaN
+Span form_row(const RowForm& form, float per_column, const GradientRows& f, int pixels, const PoseRow& out);
 
 /// One square; t as above.
 float form_square(const RowForm& form, float t, const Gradient& g);
-
-/// u = sqrt(square).
-void square_roots(int pixels, float* square);
-/// u_pose = sqrt(square) in place, and sqrt(u_random² + square) to u_total.
-void pose_and_total(int pixels, const float* u_random, float* square, float* u_total);
 
 }  // namespace scatmap

@@ -55,10 +55,10 @@ double per_step(int first, int last) { return last - first > 1 ? 1.0 / (last - 1
 
 }  // namespace
 
-Gradient gradient_at(const GradientRows& rows, int column) {
-  const double here = rows.here[column];
-  return {here, difference(rows.here[column - 1], here, rows.here[column + 1]),
-          difference(rows.above[column], here, rows.below[column])};
+Gradient gradient_at(const GradientRows& rows, int index) {
+  const double here = rows.here[index];
+  return {here, difference(rows.here[index - 1], here, rows.here[index + 1]),
+          difference(rows.above[index], here, rows.below[index])};
 }
 
 ChangeRows::ChangeRows(const std::vector<ViewChange>& changes) : size_(changes.size()), data_(kNumbers * size_) {
@@ -135,22 +135,43 @@ double PoseTiles::exact_square(int row, int column, const Gradient& g) const {
   return sum;
 }
 
-void PoseTiles::squares(const std::vector<Tile>& band, int row, const GradientRows& f, float* out) const {
+namespace {
+
+GradientRows from(const GradientRows& f, int index) { return {f.above + index, f.here + index, f.below + index}; }
+
+PoseRow from(const PoseRow& out, int index) {
+  if (out.u_total == nullptr) return {out.u_pose + index};
+  return {out.u_pose + index, out.u_random + index, out.u_total + index};
+}
+
+void put(double square, int index, const PoseRow& out) {
+  out.u_pose[index] = static_cast<float>(std::sqrt(square));
+  if (out.u_total == nullptr) return;
+  const double random = out.u_random[index];
+  out.u_total[index] = static_cast<float>(std::sqrt(random * random + square));
+}
+
+}  // namespace
+
+void PoseTiles::fill_row(std::span<const Tile> tiles, int row, const GradientRows& f, const PoseRow& out) const {
   const int first_row = row / kPoseTile * kPoseTile, last_row = std::min(rows_, first_row + kPoseTile);
   const double t = (row - first_row) * per_step(first_row, last_row);
-  for (const Tile& tile : band) {
+  for (const Tile& tile : tiles) {
+    const int at = tile.first_column - tiles.front().first_column, pixels = tile.last_column - tile.first_column;
+    const GradientRows of_tile = from(f, at);
+    const PoseRow to = from(out, at);
     if (tile.exact) {
-      for (int c = tile.first_column; c < tile.last_column; ++c)
-        out[c] = static_cast<float>(exact_square(row, c, gradient_at(f, c)));
+      for (int i = 0; i < pixels; ++i)
+        put(exact_square(row, tile.first_column + i, gradient_at(of_tile, i)), i, to);
       continue;
     }
     const auto per_column = static_cast<float>(per_step(tile.first_column, tile.last_column));
     RowForm form;
     row_form(tile, t, form);
-    const ColumnSpan absent = form_squares(form, per_column, f, tile.first_column, tile.last_column, out);
-    for (int c = absent.first; c < absent.last; ++c) {  // beside a NaN: with what neighbours there are
-      if (!std::isnan(out[c])) continue;
-      out[c] = form_square(form, static_cast<float>(c - tile.first_column) * per_column, gradient_at(f, c));
+    const Span absent = form_row(form, per_column, of_tile, pixels, to);
+    for (int i = absent.first; i < absent.last; ++i) {  // beside a NaN: with what neighbours there are
+      if (!std::isnan(to.u_pose[i])) continue;
+      put(static_cast<double>(form_square(form, static_cast<float>(i) * per_column, gradient_at(of_tile, i))), i, to);
     }
   }
 }

@@ -1,5 +1,5 @@
 #pragma once
-#include <optional>
+#include <span>
 #include <vector>
 
 #include "scatmap/angles/view_change.h"
@@ -10,7 +10,7 @@ inline constexpr int kPoseTile = 128;
 inline constexpr double kPoseMaxError = 1e-3;
 
 /// Three rows of a smooth estimate of f: the one in hand and its neighbours, NaN where masked. Every pointer is to
-/// column 0; columns −1 and `columns` are readable and NaN, and so are rows off the frame.
+/// the first column that is asked for; one more on either side is readable, and what is off the frame is NaN.
 struct GradientRows {
   const double* above;
   const double* here;
@@ -21,8 +21,15 @@ struct Gradient {
   double f, per_column, per_row;
 };
 
-/// f and its slopes per pixel at a column: central differences, one-sided beside a NaN, 0 without neighbours.
-Gradient gradient_at(const GradientRows& rows, int column);
+/// f and its slopes per pixel at an index: central differences, one-sided beside a NaN, 0 without neighbours.
+Gradient gradient_at(const GradientRows& rows, int index);
+
+/// A row of uncertainties, from the same column on.
+struct PoseRow {
+  float* u_pose;
+  const float* u_random = nullptr;
+  float* u_total = nullptr;  ///< sqrt(u_random² + u_pose²); nullptr: not wanted
+};
 
 /// The changes of the geometry with each number in a row of its own, as vector loops want them.
 class ChangeRows {
@@ -64,8 +71,8 @@ class PoseTiles {
   /// The tiles of rows [index·kPoseTile, (index + 1)·kPoseTile).
   std::vector<Tile> band(int index) const;
 
-  /// Squares of u_pose along a row of a band; NaN where f is.
-  void squares(const std::vector<Tile>& band, int row, const GradientRows& f, float* out) const;
+  /// u_pose along a row of some neighbouring tiles of a band; NaN where f is.
+  void fill_row(std::span<const Tile> tiles, int row, const GradientRows& f, const PoseRow& out) const;
 
  private:
   void fill_form(Tile& tile, int first_row, int last_row) const;

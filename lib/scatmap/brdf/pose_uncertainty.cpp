@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "scatmap/base/parallel.h"
-#include "scatmap/brdf/pose_kernels.h"
 #include "scatmap/brdf/pose_tiles.h"
 
 namespace scatmap {
@@ -91,10 +90,8 @@ std::optional<Grid<float>> pose_uncertainty(const Instrument& instrument, const 
     const int first = index * kPoseTile, last = std::min(rows, first + kPoseTile);
     PaddedRows padded(expected_per_sr);
     padded.start(first);
-    for (int row = first; row < last; ++row) {
-      tiles.squares(band, row, padded.around(row), out.row(row).data());
-      square_roots(columns, out.row(row).data());
-    }
+    for (int row = first; row < last; ++row)
+      tiles.fill_row(band, row, padded.around(row), {out.row(row).data()});
   });
   return out;
 }

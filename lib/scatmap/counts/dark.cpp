@@ -125,7 +125,7 @@ void combine_rows(std::span<const Frame> darks, double floor, const SensorModel&
   for_row_ranges(level.rows(), [&](int first_row, int last_row) {
     std::vector<double> values(darks.size());
     std::vector<const float*> raw(darks.size());
-    const auto sums = std::make_unique_for_overwrite<StripSums>();
+    const auto sums = std::make_unique_for_overwrite<StripSums<double>>();
     for (int row = first_row; row < last_row; ++row) {
       std::fill_n(count.row(row).data(), level.columns(), static_cast<float>(darks.size()));
       for (int c = 0; c < level.columns(); c += kStrip) {

@@ -13,9 +13,8 @@
 #include "scatmap/base/parallel.h"
 
 namespace scatmap {
-namespace {
 
-void check_frames(std::span<const Frame> frames, const MasterDark& dark, double exposure_s) {
+void require_reducible(std::span<const Frame> frames, const MasterDark& dark, double exposure_s) {
   if (frames.empty()) throw Error({"frames", "no frame", {}, {}});
   constexpr double kSameTime = 1e-3;  // header times are rounded by camera drivers
   for (const Frame& f : frames) {
@@ -29,6 +28,8 @@ void check_frames(std::span<const Frame> frames, const MasterDark& dark, double 
     throw Error({frames.front().file.string(), "and its darks differ in size", {}, {}});
   }
 }
+
+namespace {
 
 struct PixelMean {
   double mean_dn = 0;
@@ -87,94 +88,93 @@ void mark_bloom(std::span<const Mask> from, std::span<Mask> onto) {
   }
 }
 
-RowReducer::RowReducer(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor,
-                       const PixelResponse& response, double exposure_s, double factor)
-    : frames_(frames), dark_(dark), sensor_(sensor), response_(response), exposure_s_(exposure_s / factor) {
-  check_frames(frames, dark, exposure_s);
-}
-
 // One pixel whose values need judging.
-std::size_t RowReducer::judge(int row, int column, std::vector<double>& values, const CountsRow& out) const {
+template <class T>
+std::size_t RowReducer<T>::judge(int row, int column, std::vector<double>& values, const CountsRow<T>& out,
+                                 int at) const {
   for (std::size_t k = 0; k < frames_.size(); ++k) values[k] = sensor_.linearised(frames_[k].dn(row, column));
   const double dark = dark_.level_dn(row, column), single = dark_.single_variance_dn2(row, column);
   const PixelMean m = combine(values, dark, single, sensor_);
-  Mask& mask = out.mask[column];
+  Mask& mask = out.mask[at];
   if (m.count == 0 && (mask & kNoData) == 0) mask |= kCosmic;
   const double flat = response_.flat.empty() ? 1 : response_.flat(row, column);
   const double per_s = 1 / (exposure_s_ * flat), n = m.count;
-  out.rate[column] = (m.mean_dn - dark) * per_s;
+  out.rate[at] = static_cast<T>((m.mean_dn - dark) * per_s);
   const double frame_floor = single / n * per_s * per_s;
   const double dark_floor = dark_.level_variance_dn2(row, column) * per_s * per_s;
-  out.frame_floor[column] = static_cast<float>(out.dark_floor == nullptr ? frame_floor + dark_floor : frame_floor);
-  out.shot[column] = static_cast<float>(per_s / (sensor_.gain_e_per_dn * n));
+  out.frame_floor[at] = static_cast<float>(out.dark_floor == nullptr ? frame_floor + dark_floor : frame_floor);
+  out.shot[at] = static_cast<float>(per_s / (sensor_.gain_e_per_dn * n));
   return values.size() - static_cast<std::size_t>(m.count);
 }
 
-std::size_t RowReducer::row(int row, const CountsRow& out, Scratch& scratch) const {
+template <class T>
+typename RowReducer<T>::Found RowReducer<T>::columns(int row, int first, int last, const CountsRow<T>& out,
+                                                     Scratch& scratch) const {
   const double pair = frames_.size() == 2 ? 2 : 1;  // two frames differ by twice the variance of one
   const ReduceConstants k{static_cast<double>(frames_.size()), exposure_s_, sensor_.gain_e_per_dn,
                           kFrameDriftAllowance * kFrameDriftAllowance,
                           pair * kFrameOutlierSigmas * kFrameOutlierSigmas};
   scratch.values.resize(frames_.size());
   scratch.raw.resize(frames_.size());
-  const int columns = dark_.level_dn.columns();
-  std::size_t rejected = 0;
-  for (int c = 0; c < columns; c += kStrip) {
-    const int pixels = std::min(kStrip, columns - c);
+  StripSums<T>& sums = *scratch.sums;
+  Found found{0, false};
+  for (int c = first; c < last; c += kStrip) {
+    const int pixels = std::min(kStrip, last - c), at = c - first;
     for (std::size_t i = 0; i < frames_.size(); ++i) scratch.raw[i] = &frames_[i].dn(row, c);
-    sum_frames(scratch.raw, pixels, sensor_, *scratch.sums);
-    const StripInputs in{&dark_.level_dn(row, c),
-                         &dark_.single_variance_dn2(row, c),
-                         &dark_.level_variance_dn2(row, c),
-                         &dark_.mask(row, c),
+    sum_frames(scratch.raw, &dark_.level_dn(row, c), pixels, sensor_, sums);
+    const StripInputs in{&dark_.single_variance_dn2(row, c), &dark_.level_variance_dn2(row, c), &dark_.mask(row, c),
                          response_.bad.empty() ? nullptr : &response_.bad(row, c),
                          response_.flat.empty() ? nullptr : &response_.flat(row, c)};
-    const CountsRow strip{out.rate + c, out.frame_floor + c, out.shot + c,
-                          out.dark_floor == nullptr ? nullptr : out.dark_floor + c, out.mask + c};
-    if (!reduce_strip(*scratch.sums, in, k, pixels, strip)) continue;
+    const CountsRow<T> strip{out.rate + at, out.frame_floor + at, out.shot + at,
+                             out.dark_floor == nullptr ? nullptr : out.dark_floor + at, out.mask + at};
+    found.saturated = found.saturated || sums.marked;
+    if (!reduce_strip(sums, in, k, pixels, strip)) continue;
     for (int i = 0; i < pixels; ++i) {
-      if (scratch.sums->doubtful[i] != 0) rejected += judge(row, c + i, scratch.values, out);
+      if (sums.doubtful[i] != 0) found.rejected += judge(row, c + i, scratch.values, out, at + i);
     }
   }
-  return rejected;
+  return found;
 }
 
 namespace {
 
 // Past the row's end is harmless: that is the next row, or an address that is not asked for.
 template <class T>
-void prefetch_part(const Grid<T>& plane, int row, int first) {
+void prefetch_part(const Grid<T>& plane, int row, int first, int last) {
   constexpr int kLine = 64 / sizeof(T);
   if (plane.empty()) return;
-  const T* from = plane.row(row).data() + first;
-#pragma GCC unroll 16
-  for (int c = 0; c < RowReducer::kAhead; c += kLine) __builtin_prefetch(from + c, 0, 2);
+  const T* from = plane.row(row).data();
+  for (int c = first; c < last; c += kLine) __builtin_prefetch(from + c, 0, 2);
 }
 
 }  // namespace
 
-void RowReducer::prefetch(int row, int first) const {
-  for (const Frame& frame : frames_) prefetch_part(frame.dn, row, first);
-  prefetch_part(dark_.level_dn, row, first);
-  prefetch_part(dark_.single_variance_dn2, row, first);
-  prefetch_part(dark_.level_variance_dn2, row, first);
-  prefetch_part(dark_.mask, row, first);
-  prefetch_part(response_.flat, row, first);
+template <class T>
+void RowReducer<T>::prefetch(int row, int first, int last) const {
+  for (const Frame& frame : frames_) prefetch_part(frame.dn, row, first, last);
+  prefetch_part(dark_.level_dn, row, first, last);
+  prefetch_part(dark_.single_variance_dn2, row, first, last);
+  prefetch_part(dark_.level_variance_dn2, row, first, last);
+  prefetch_part(dark_.mask, row, first, last);
+  prefetch_part(response_.flat, row, first, last);
 }
+
+template class RowReducer<double>;
+template class RowReducer<float>;
 
 Counts reduce(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor,
               const PixelResponse& response, double exposure_s) {
-  const RowReducer reducer(frames, dark, sensor, response, exposure_s);
+  require_reducible(frames, dark, exposure_s);
+  const RowReducer<double> reducer(frames, dark, sensor, response, exposure_s);
   const int rows = frames.front().dn.rows(), columns = frames.front().dn.columns();
   Counts out{{rows, columns}, {rows, columns}, {rows, columns}, {rows, columns}, {rows, columns}, exposure_s, 0, 0};
   std::atomic<std::size_t> saturated{0}, rejected{0};
   for_row_ranges(rows, [&](int first_row, int last_row) {
-    RowReducer::Scratch scratch;
+    RowReducer<double>::Scratch scratch;
     for (int row = first_row; row < last_row; ++row) {
-      rejected += reducer.row(row,
-                              {out.rate_dn_per_s.row(row).data(), out.frame_floor.row(row).data(),
-                               out.shot.row(row).data(), out.dark_floor.row(row).data(), out.mask.row(row).data()},
-                              scratch);
+      const CountsRow<double> to{out.rate_dn_per_s.row(row).data(), out.frame_floor.row(row).data(),
+                                 out.shot.row(row).data(), out.dark_floor.row(row).data(), out.mask.row(row).data()};
+      rejected += reducer.columns(row, 0, out.mask.columns(), to, scratch).rejected;
       std::size_t saturated_here = 0;
       for (const Mask m : std::as_const(out.mask).row(row)) saturated_here += (m & kSaturated) != 0;
       saturated += saturated_here;

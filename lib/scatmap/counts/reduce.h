@@ -35,35 +35,43 @@ inline constexpr double kFrameDriftAllowance = 0.05;
 Counts reduce(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor,
               const PixelResponse& response, double exposure_s);
 
-/// The same row by row, for passes that keep no whole frames: all of Counts but kBloom.
+/// @throws Error as reduce
+void require_reducible(std::span<const Frame> frames, const MasterDark& dark, double exposure_s);
+
+/// The same for parts of rows, for passes that keep no whole frames: all of Counts but kBloom. T: of the rates; float
+/// is within 5e-7 of |rate| plus the frames' scatter.
+template <class T>
 class RowReducer {
  public:
-  /// Arguments must outlive this. @param factor multiplies the rate: map units per DN/s, say (variances follow)
-  /// @throws Error as reduce
+  /// Arguments must outlive this, and be as require_reducible() asks. @param exposure_s rates are net DN over this
   RowReducer(std::span<const Frame> frames, const MasterDark& dark, const SensorModel& sensor,
-             const PixelResponse& response, double exposure_s, double factor = 1);
+             const PixelResponse& response, double exposure_s)
+      : frames_(frames), dark_(dark), sensor_(sensor), response_(response), exposure_s_(exposure_s) {}
 
   /// One per thread.
   struct Scratch {
-    std::unique_ptr<StripSums> sums = std::make_unique_for_overwrite<StripSums>();
+    std::unique_ptr<StripSums<T>> sums = std::make_unique_for_overwrite<StripSums<T>>();
     std::vector<const float*> raw{};
     std::vector<double> values{};
   };
-  /// @return values rejected as outliers
-  std::size_t row(int row, const CountsRow& out, Scratch& scratch) const;
-  /// Asks for the inputs of kAhead columns of a row, so that they arrive while the row before is worked on. A few at a
-  /// time: a processor waits when too many lines are under way.
-  void prefetch(int row, int first_column) const;
-  static constexpr int kAhead = 144;
+  struct Found {
+    std::size_t rejected;  ///< values, as outliers
+    bool saturated;        ///< some pixel may be
+  };
+  /// Columns [first, last) of a row. @param out of column `first`
+  Found columns(int row, int first, int last, const CountsRow<T>& out, Scratch& scratch) const;
+  /// Asks for the inputs of some columns, so that they arrive while others are worked on. A few at a time: a processor
+  /// waits when too many lines are under way.
+  void prefetch(int row, int first, int last) const;
 
  private:
-  std::size_t judge(int row, int column, std::vector<double>& values, const CountsRow& out) const;
+  std::size_t judge(int row, int column, std::vector<double>& values, const CountsRow<T>& out, int at) const;
 
   std::span<const Frame> frames_;
   const MasterDark& dark_;
   const SensorModel& sensor_;
   const PixelResponse& response_;
-  double exposure_s_;  ///< over the factor
+  double exposure_s_;
 };
 
 /// Marks kBloom on the neighbours, in the row `onto`, of what spills in the row `from` (the same row or one beside it).

@@ -1,6 +1,7 @@
 #include "scatmap/counts/row_kernels.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -15,47 +16,75 @@ float float_at_or_above(double threshold) {
 
 namespace {
 
-SCATMAP_INLINE void linearise(const float* raw, int n, const SensorModel& s, double* out) {
-  const double bias = s.bias_dn;
+// Linearised values over a reference, or over 0 (nullptr); a polynomial is taken in double.
+template <class T>
+SCATMAP_INLINE void linearise(const float* raw, const float* reference, int n, const SensorModel& s, T* out) {
   if (s.linearity.empty()) {
+    if (reference == nullptr) {
+      SCATMAP_INDEPENDENT
+      for (int i = 0; i < n; ++i) out[i] = static_cast<T>(raw[i]);
+      return;
+    }
     SCATMAP_INDEPENDENT
-    for (int i = 0; i < n; ++i) out[i] = bias + (static_cast<double>(raw[i]) - bias);
+    for (int i = 0; i < n; ++i) out[i] = static_cast<T>(raw[i]) - static_cast<T>(reference[i]);
     return;
   }
+  alignas(64) double change[kStrip];
+  const double bias = s.bias_dn;
   SCATMAP_INDEPENDENT
-  for (int i = 0; i < n; ++i) out[i] = 0;
+  for (int i = 0; i < n; ++i) change[i] = 0;
   for (auto c = s.linearity.rbegin(); c != s.linearity.rend(); ++c) {
     const double coefficient = *c;
     SCATMAP_INDEPENDENT
-    for (int i = 0; i < n; ++i) out[i] = (out[i] + coefficient) * (static_cast<double>(raw[i]) - bias);
+    for (int i = 0; i < n; ++i) change[i] = (change[i] + coefficient) * (static_cast<double>(raw[i]) - bias);
   }
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < n; ++i) out[i] = bias + (static_cast<double>(raw[i]) - bias) * (1 + out[i]);
+  for (int i = 0; i < n; ++i) {
+    const double from = reference == nullptr ? 0 : static_cast<double>(reference[i]);
+    out[i] = static_cast<T>(bias - from + (static_cast<double>(raw[i]) - bias) * (1 + change[i]));
+  }
 }
 
-template <bool kFirst>
-SCATMAP_INLINE void mark_raw(const float* raw, int n, float saturation, Mask* mask) {
+// Whether a strip may hold a value at saturation or NaN: by bit patterns, which order as magnitudes do, NaN past all.
+SCATMAP_INLINE bool may_need_marks(const float* raw, int n, float saturation) {
+  std::int32_t largest = 0;
+  SCATMAP_INDEPENDENT
+  for (int i = 0; i < n; ++i) {
+    const std::int32_t bits = std::bit_cast<std::int32_t>(raw[i]) & 0x7fffffff;
+    largest = bits > largest ? bits : largest;
+  }
+  return !(saturation > 0 && largest < std::bit_cast<std::int32_t>(saturation));
+}
+
+// Adds a row's marks to those of the rows before.
+template <class T>
+SCATMAP_INLINE void mark_raw(const float* raw, int n, float saturation, StripSums<T>& s) {
+  if (!may_need_marks(raw, n, saturation)) return;
+  Mask* mask = s.mask;
+  if (!s.marked) std::fill_n(mask, n, Mask{0});
+  s.marked = true;
   SCATMAP_INDEPENDENT
   for (int i = 0; i < n; ++i) {
     const Mask saturated = raw[i] >= saturation ? kSaturated : Mask{0};
     const Mask absent = raw[i] != raw[i] ? kNoData : Mask{0};
-    mask[i] = static_cast<Mask>((kFirst ? Mask{0} : mask[i]) | saturated | absent);
+    mask[i] = static_cast<Mask>(mask[i] | saturated | absent);
   }
 }
 
-template <bool kDarks>
-SCATMAP_INLINE void sum(std::span<const float* const> raw, int n, const SensorModel& sensor, StripSums& s) {
+template <bool kDarks, class T>
+SCATMAP_INLINE void sum(std::span<const float* const> raw, const float* reference, int n, const SensorModel& sensor,
+                        StripSums<T>& s) {
   const float saturation = float_at_or_above(sensor.saturation_dn);
-  linearise(raw[0], n, sensor, s.first);
-  mark_raw<true>(raw[0], n, saturation, s.mask);
-  alignas(64) double value[kStrip];
+  s.marked = false;
+  linearise(raw[0], reference, n, sensor, s.first);
+  mark_raw(raw[0], n, saturation, s);
+  alignas(64) T value[kStrip];
   for (std::size_t k = 1; k < raw.size(); ++k) {
-    linearise(raw[k], n, sensor, value);
-    mark_raw<false>(raw[k], n, saturation, s.mask);
+    linearise(raw[k], reference, n, sensor, value);
+    mark_raw(raw[k], n, saturation, s);
     if (k == 1) {
       SCATMAP_INDEPENDENT
       for (int i = 0; i < n; ++i) {
-        const double d = value[i] - s.first[i];
+        const T d = value[i] - s.first[i];
         s.sum[i] = d;
         s.least[i] = d < 0 ? d : 0;
         s.largest[i] = d > 0 ? d : 0;
@@ -65,7 +94,7 @@ SCATMAP_INLINE void sum(std::span<const float* const> raw, int n, const SensorMo
     }
     SCATMAP_INDEPENDENT
     for (int i = 0; i < n; ++i) {
-      const double d = value[i] - s.first[i];
+      const T d = value[i] - s.first[i];
       s.sum[i] += d;
       s.least[i] = d < s.least[i] ? d : s.least[i];
       s.largest[i] = d > s.largest[i] ? d : s.largest[i];
@@ -74,62 +103,66 @@ SCATMAP_INLINE void sum(std::span<const float* const> raw, int n, const SensorMo
   }
 }
 
-// A hair below 1: rounding must not pass what the judge would reject.
-constexpr double kCautious = 1 - 1e-9;
+// Below 1: rounding must not pass what the judge would reject. In float the values' own rounding is some 1e-6 of the
+// least limit, which the drift allowance sets.
+template <class T>
+constexpr T kCautious = static_cast<T>(sizeof(T) == sizeof(double) ? 1 - 1e-9 : 1 - 1e-5);
 
-template <bool kFlat, bool kOne>
-SCATMAP_INLINE void mean_rate(const StripSums& s, const StripInputs& in, const ReduceConstants& k, int n,
-                              const CountsRow& out) {
-  const double per_frame = 1 / k.frames, exposure_s = k.exposure_s, gain = k.gain_e_per_dn;
-  const float *level = in.dark_level, *single = in.single_variance, *of_level = in.level_variance, *flat = in.flat;
-  double* rate = out.rate;
+template <bool kFlat, bool kOne, class T>
+SCATMAP_INLINE void mean_rate(const StripSums<T>& s, const StripInputs& in, const ReduceConstants& k, int n,
+                              const CountsRow<T>& out) {
+  const auto per_frame = static_cast<T>(1 / k.frames), exposure_s = static_cast<T>(k.exposure_s),
+             uniform = static_cast<T>(1 / k.exposure_s), per_e = static_cast<T>(1 / (k.gain_e_per_dn * k.frames));
+  const float *single = in.single_variance, *of_level = in.level_variance, *flat = in.flat;
+  T* rate = out.rate;
   float *frame_floor = out.frame_floor, *shot = out.shot, *dark_floor = out.dark_floor;
   const auto per_s_at = [=](int i) {
-    if constexpr (kFlat) return 1 / (exposure_s * static_cast<double>(flat[i]));
-    return 1 / exposure_s;
+    if constexpr (kFlat) return 1 / (exposure_s * static_cast<T>(flat[i]));
+    return uniform;
   };
   SCATMAP_INDEPENDENT
   for (int i = 0; i < n; ++i) {
-    const double per_s = per_s_at(i);
-    const double mean = kOne ? s.first[i] : s.first[i] + s.sum[i] * per_frame;
-    rate[i] = (mean - static_cast<double>(level[i])) * per_s;
+    const T per_s = per_s_at(i), net = kOne ? s.first[i] : s.first[i] + s.sum[i] * per_frame;
+    rate[i] = net * per_s;
+    shot[i] = static_cast<float>(per_s * per_e);
   }
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < n; ++i) shot[i] = static_cast<float>(per_s_at(i) / gain * per_frame);
   if (dark_floor == nullptr) {
     SCATMAP_INDEPENDENT
     for (int i = 0; i < n; ++i) {
-      const double per_s = per_s_at(i),
-                   both = static_cast<double>(single[i]) * per_frame + static_cast<double>(of_level[i]);
-      frame_floor[i] = static_cast<float>(both * (per_s * per_s));
+      const T per_s = per_s_at(i), both = static_cast<T>(single[i]) * per_frame + static_cast<T>(of_level[i]);
+      frame_floor[i] = static_cast<float>(both * per_s * per_s);
     }
     return;
   }
   SCATMAP_INDEPENDENT
   for (int i = 0; i < n; ++i) {
-    const double per_s = per_s_at(i);
-    frame_floor[i] = static_cast<float>(static_cast<double>(single[i]) * (per_frame * (per_s * per_s)));
-    dark_floor[i] = static_cast<float>(static_cast<double>(of_level[i]) * (per_s * per_s));
+    const T per_s = per_s_at(i);
+    frame_floor[i] = static_cast<float>(static_cast<T>(single[i]) * (per_frame * (per_s * per_s)));
+    dark_floor[i] = static_cast<float>(static_cast<T>(of_level[i]) * (per_s * per_s));
   }
 }
 
 // Marks what the frames' noise model at the least value does not explain. @return whether any
-SCATMAP_INLINE int mark_doubtful(StripSums& s, const StripInputs& in, const ReduceConstants& k, int n) {
-  const double per_gain = 1 / k.gain_e_per_dn, drift2 = k.drift2, sigmas2 = k.sigmas2 * kCautious;
-  const float *level = in.dark_level, *single = in.single_variance;
+template <class T>
+SCATMAP_INLINE int mark_doubtful(StripSums<T>& s, const StripInputs& in, const ReduceConstants& k, int n) {
   const bool one = k.frames < 2;
-  for (int i = 0; !one && i < n; ++i) {
-    const double above = s.first[i] + s.least[i] - static_cast<double>(level[i]);
-    const double net = above > 0 ? above : 0;
-    const double limit2 = sigmas2 * (static_cast<double>(single[i]) + net * per_gain + drift2 * (net * net));
-    const double range = s.largest[i] - s.least[i];
-    s.doubtful[i] = range * range <= limit2 ? 0 : 1;
-  }
-  Mask raw = 0;
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < n; ++i) raw = static_cast<Mask>(raw | s.mask[i]);
-  if (one && (raw & kNoData) == 0) return 0;
+  if (one && !s.marked) return 0;
+  const auto per_gain = static_cast<T>(1 / k.gain_e_per_dn), drift2 = static_cast<T>(k.drift2),
+             sigmas2 = static_cast<T>(k.sigmas2) * kCautious<T>;
+  const float* single = in.single_variance;
   std::uint8_t any = 0;
+  if (!one) {
+    SCATMAP_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+      const T least = s.first[i] + s.least[i], net = least > 0 ? least : 0;
+      const T limit2 = sigmas2 * (static_cast<T>(single[i]) + net * per_gain + drift2 * (net * net));
+      const T range = s.largest[i] - s.least[i];
+      s.doubtful[i] = range * range <= limit2 ? 0 : 1;
+    }
+    SCATMAP_INDEPENDENT
+    for (int i = 0; i < n; ++i) any = static_cast<std::uint8_t>(any | s.doubtful[i]);
+  }
+  if (!s.marked) return any;
   SCATMAP_INDEPENDENT
   for (int i = 0; i < n; ++i) {
     const auto absent = static_cast<std::uint8_t>((s.mask[i] & kNoData) != 0 ? 1 : 0);
@@ -139,9 +172,13 @@ SCATMAP_INLINE int mark_doubtful(StripSums& s, const StripInputs& in, const Redu
   return any;
 }
 
+// @param raw nullptr: none is marked
 SCATMAP_INLINE void response_mask(const StripInputs& in, const Mask* raw, int n, Mask* out) {
-  SCATMAP_INDEPENDENT
-  for (int i = 0; i < n; ++i) out[i] = static_cast<Mask>(in.dark_mask[i] | raw[i]);
+  std::copy_n(in.dark_mask, n, out);
+  if (raw != nullptr) {
+    SCATMAP_INDEPENDENT
+    for (int i = 0; i < n; ++i) out[i] = static_cast<Mask>(out[i] | raw[i]);
+  }
   if (in.bad != nullptr) {
     SCATMAP_INDEPENDENT
     for (int i = 0; i < n; ++i) out[i] = static_cast<Mask>(out[i] | in.bad[i]);
@@ -152,23 +189,12 @@ SCATMAP_INLINE void response_mask(const StripInputs& in, const Mask* raw, int n,
   }
 }
 
-}  // namespace
-
-SCATMAP_CLONES void sum_frames(std::span<const float* const> raw, int pixels, const SensorModel& sensor,
-                               StripSums& sums) {
-  sum<false>(raw, pixels, sensor, sums);
-}
-
-SCATMAP_CLONES void sum_darks(std::span<const float* const> raw, int pixels, const SensorModel& sensor,
-                              StripSums& sums) {
-  sum<true>(raw, pixels, sensor, sums);
-}
-
-SCATMAP_CLONES bool reduce_strip(StripSums& sums, const StripInputs& in, const ReduceConstants& k, int pixels,
-                                 const CountsRow& out) {
-  response_mask(in, sums.mask, pixels, out.mask);
-  const bool flat = in.flat != nullptr, one = k.frames < 2;
-  if (flat) {
+template <class T>
+SCATMAP_INLINE bool reduce(StripSums<T>& sums, const StripInputs& in, const ReduceConstants& k, int pixels,
+                           const CountsRow<T>& out) {
+  response_mask(in, sums.marked ? sums.mask : nullptr, pixels, out.mask);
+  const bool one = k.frames < 2;
+  if (in.flat != nullptr) {
     one ? mean_rate<true, true>(sums, in, k, pixels, out) : mean_rate<true, false>(sums, in, k, pixels, out);
   } else {
     one ? mean_rate<false, true>(sums, in, k, pixels, out) : mean_rate<false, false>(sums, in, k, pixels, out);
@@ -176,10 +202,38 @@ SCATMAP_CLONES bool reduce_strip(StripSums& sums, const StripInputs& in, const R
   return mark_doubtful(sums, in, k, pixels) != 0;
 }
 
-SCATMAP_CLONES bool dark_strip(StripSums& s, const DarkConstants& k, int pixels, float* level, float* sample_variance) {
+}  // namespace
+
+SCATMAP_CLONES void sum_frames(std::span<const float* const> raw, const float* reference, int pixels,
+                               const SensorModel& sensor, StripSums<double>& sums) {
+  sum<false>(raw, reference, pixels, sensor, sums);
+}
+
+SCATMAP_CLONES void sum_frames(std::span<const float* const> raw, const float* reference, int pixels,
+                               const SensorModel& sensor, StripSums<float>& sums) {
+  sum<false>(raw, reference, pixels, sensor, sums);
+}
+
+SCATMAP_CLONES void sum_darks(std::span<const float* const> raw, int pixels, const SensorModel& sensor,
+                              StripSums<double>& sums) {
+  sum<true>(raw, nullptr, pixels, sensor, sums);
+}
+
+SCATMAP_CLONES bool reduce_strip(StripSums<double>& sums, const StripInputs& in, const ReduceConstants& k, int pixels,
+                                 const CountsRow<double>& out) {
+  return reduce(sums, in, k, pixels, out);
+}
+
+SCATMAP_CLONES bool reduce_strip(StripSums<float>& sums, const StripInputs& in, const ReduceConstants& k, int pixels,
+                                 const CountsRow<float>& out) {
+  return reduce(sums, in, k, pixels, out);
+}
+
+SCATMAP_CLONES bool dark_strip(StripSums<double>& s, const DarkConstants& k, int pixels, float* level,
+                               float* sample_variance) {
   const double per_dark = 1 / k.darks;
   const double per_degree = k.darks > 1 ? 1 / (k.darks - 1) : std::numeric_limits<double>::quiet_NaN();
-  const double sigmas2 = (k.darks >= 3 ? k.sigmas2 : std::numeric_limits<double>::infinity()) * kCautious;
+  const double sigmas2 = (k.darks >= 3 ? k.sigmas2 : std::numeric_limits<double>::infinity()) * kCautious<double>;
   const double floor_dn2 = k.floor_dn2, bias = k.bias_dn, per_gain = 1 / k.gain_e_per_dn;
   if (k.darks < 2) {
     SCATMAP_INDEPENDENT
@@ -195,12 +249,14 @@ SCATMAP_CLONES bool dark_strip(StripSums& s, const DarkConstants& k, int pixels,
     const double range = s.largest[i] - s.least[i];
     s.doubtful[i] = range * range <= limit2 ? 0 : 1;
   }
+  if (s.marked) {
+    SCATMAP_INDEPENDENT
+    for (int i = 0; i < pixels; ++i)
+      s.doubtful[i] = static_cast<std::uint8_t>(s.doubtful[i] | ((s.mask[i] & kNoData) != 0 ? 1 : 0));
+  }
   std::uint8_t any = 0;
   SCATMAP_INDEPENDENT
-  for (int i = 0; i < pixels; ++i) {
-    s.doubtful[i] = static_cast<std::uint8_t>(s.doubtful[i] | ((s.mask[i] & kNoData) != 0 ? 1 : 0));
-    any = static_cast<std::uint8_t>(any | s.doubtful[i]);
-  }
+  for (int i = 0; i < pixels; ++i) any = static_cast<std::uint8_t>(any | s.doubtful[i]);
   return any != 0;
 }
 

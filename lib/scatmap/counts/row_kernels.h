@@ -9,29 +9,35 @@
 /// the caller judges them one by one. The marking is conservative: what it passes has no outlier.
 namespace scatmap {
 
-inline constexpr int kStrip = 512;
+inline constexpr int kStrip = 256;
 
-/// What several linearised raw rows say of each pixel of a strip.
+/// What several linearised raw rows say of each pixel of a strip. float: within some 1e-7 of each value over its
+/// reference.
+template <class T>
 struct StripSums {
-  alignas(64) double first[kStrip];    ///< of the first row
-  alignas(64) double sum[kStrip];      ///< of (value − first); this and what follows only with two rows or more
-  alignas(64) double square[kStrip];   ///< of (value − first)², for darks only
-  alignas(64) double least[kStrip];    ///< of (value − first)
-  alignas(64) double largest[kStrip];  ///< of (value − first)
-  alignas(64) Mask mask[kStrip];       ///< kSaturated, kNoData: any raw value at saturation, or NaN
+  alignas(64) T first[kStrip];    ///< of the first row, over the reference
+  alignas(64) T sum[kStrip];      ///< of (value − first); this and what follows only with two rows or more
+  alignas(64) T square[kStrip];   ///< of (value − first)², for darks only
+  alignas(64) T least[kStrip];    ///< of (value − first)
+  alignas(64) T largest[kStrip];  ///< of (value − first)
+  alignas(64) Mask mask[kStrip];  ///< kSaturated, kNoData: any raw value at saturation, or NaN; only where `marked`
   alignas(64) std::uint8_t doubtful[kStrip];
+  bool marked;  ///< whether any mask is not 0
 };
 
 /// Least float at or above a threshold, so that comparing floats decides as comparing doubles does.
 float float_at_or_above(double threshold);
 
-/// @param raw one pointer per frame; @param pixels at most kStrip
-void sum_frames(std::span<const float* const> raw, int pixels, const SensorModel& sensor, StripSums& sums);
-void sum_darks(std::span<const float* const> raw, int pixels, const SensorModel& sensor, StripSums& sums);
+/// @param raw one pointer per frame; @param reference the dark level; @param pixels at most kStrip
+void sum_frames(std::span<const float* const> raw, const float* reference, int pixels, const SensorModel& sensor,
+                StripSums<double>& sums);
+void sum_frames(std::span<const float* const> raw, const float* reference, int pixels, const SensorModel& sensor,
+                StripSums<float>& sums);
+/// Over a reference of 0.
+void sum_darks(std::span<const float* const> raw, int pixels, const SensorModel& sensor, StripSums<double>& sums);
 
 /// Where a strip of a master dark and of a pixel response stands; nullptr where there is none.
 struct StripInputs {
-  const float* dark_level;
   const float* single_variance;
   const float* level_variance;
   const Mask* dark_mask;
@@ -39,9 +45,10 @@ struct StripInputs {
   const float* flat;
 };
 
-/// Where a row or strip of Counts goes (reduce.h), as it stands there or times a factor.
+/// Where a row or strip of Counts goes (reduce.h).
+template <class T>
 struct CountsRow {
-  double* rate;
+  T* rate;
   float* frame_floor;
   float* shot;
   float* dark_floor;  ///< nullptr: added to frame_floor
@@ -49,13 +56,16 @@ struct CountsRow {
 };
 
 struct ReduceConstants {
-  double frames, exposure_s;  ///< exposure_s over the factor, where there is one
+  double frames, exposure_s;
   double gain_e_per_dn;
   double drift2, sigmas2;  ///< squares of the drift allowance and of the outlier limit
 };
 
 /// Fills `out`, and sums.doubtful. @return whether any pixel is doubtful
-bool reduce_strip(StripSums& sums, const StripInputs& in, const ReduceConstants& k, int pixels, const CountsRow& out);
+bool reduce_strip(StripSums<double>& sums, const StripInputs& in, const ReduceConstants& k, int pixels,
+                  const CountsRow<double>& out);
+bool reduce_strip(StripSums<float>& sums, const StripInputs& in, const ReduceConstants& k, int pixels,
+                  const CountsRow<float>& out);
 
 struct DarkConstants {
   double darks, floor_dn2, bias_dn, gain_e_per_dn, sigmas2;
@@ -63,7 +73,7 @@ struct DarkConstants {
 
 /// Level and sample variance of a strip of darks (variance NaN with one dark), and sums.doubtful. @return whether any
 /// pixel is doubtful
-bool dark_strip(StripSums& sums, const DarkConstants& k, int pixels, float* level, float* sample_variance);
+bool dark_strip(StripSums<double>& sums, const DarkConstants& k, int pixels, float* level, float* sample_variance);
 
 struct FinishConstants {
   double darks, pooled, typical, hot_above, gain_e_per_dn, extra_sigmas, unstable_ratio;
