@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "scatmap/base/arctangent.h"
@@ -41,17 +42,22 @@ SCATMAP_INLINE double unfolded(const Distorted& d) {
   return d.xx + d.yy > 0 ? determinant : -1;
 }
 
+SCATMAP_INLINE double at(const std::array<double, 5>& p, double u) {
+  return p[0] + u * (p[1] + u * (p[2] + u * (p[3] + u * p[4])));
+}
+
 template <int Steps>
-SCATMAP_INLINE void unproject(const OpencvLens& lens, double row, double first_column, const LensStart& begin,
-                              std::size_t n, double* __restrict x_out, double* __restrict y_out,
-                              double* __restrict determinant, double* __restrict residual_px) {
+SCATMAP_INLINE void unproject(const OpencvLens& lens, double row, const LensColumns& columns, const LensStart& begin,
+                              double* __restrict x_out, double* __restrict y_out, double* __restrict determinant,
+                              double* __restrict residual_px) {
   const OpencvLens l = lens;  // copies: the results cannot alias them
   const LensStart start = begin;
-  const double inverse_fx = 1 / l.fx, wanted_y = (row - l.cy) / l.fy;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double c = static_cast<double>(static_cast<int>(i));
-    const double wanted_x = (first_column + c - l.cx) * inverse_fx;
-    double x = start.x0 + c * (start.x1 + c * start.x2), y = start.y0 + c * (start.y1 + c * start.y2);
+  const double wanted_y = (row - l.cy) / l.fy;
+  const double wanted_first = (columns.first - l.cx) / l.fx, wanted_step = columns.step / l.fx;
+  for (std::size_t i = 0; i < columns.n; ++i) {
+    const double c = static_cast<double>(static_cast<int>(i)), u = start.first + c * start.step;
+    const double wanted_x = wanted_first + c * wanted_step;
+    double x = at(start.x, u), y = at(start.y, u);
 #pragma GCC unroll 4
     for (int step = 0; step < Steps; ++step) {
       const Distorted d = distort(l, x, y);
@@ -70,13 +76,44 @@ SCATMAP_INLINE void unproject(const OpencvLens& lens, double row, double first_c
 
 }  // namespace
 
-SCATMAP_CLONES void run_unproject_far(const OpencvLens& lens, double row, double first_column, const LensStart& start,
-                                      std::size_t n, double* x, double* y, double* determinant, double* residual_px) {
-  unproject<4>(lens, row, first_column, start, n, x, y, determinant, residual_px);
+SCATMAP_CLONES void run_unproject_far(const OpencvLens& lens, double row, const LensColumns& columns,
+                                      const LensStart& start, double* x, double* y, double* determinant,
+                                      double* residual_px) {
+  unproject<4>(lens, row, columns, start, x, y, determinant, residual_px);
 }
-SCATMAP_CLONES void run_unproject_near(const OpencvLens& lens, double row, double first_column, const LensStart& start,
-                                       std::size_t n, double* x, double* y, double* determinant, double* residual_px) {
-  unproject<2>(lens, row, first_column, start, n, x, y, determinant, residual_px);
+SCATMAP_CLONES void run_unproject_near(const OpencvLens& lens, double row, const LensColumns& columns,
+                                       const LensStart& start, double* x, double* y, double* determinant,
+                                       double* residual_px) {
+  unproject<2>(lens, row, columns, start, x, y, determinant, residual_px);
+}
+SCATMAP_CLONES void run_unproject_close(const OpencvLens& lens, double row, const LensColumns& columns,
+                                        const LensStart& start, double* x, double* y, double* determinant,
+                                        double* residual_px) {
+  unproject<1>(lens, row, columns, start, x, y, determinant, residual_px);
+}
+
+SCATMAP_CLONES LensJudgement run_judge(std::size_t n, double accepted_px, const double* x, const double* y,
+                                       const double* determinant, const double* residual_px) {
+  constexpr std::size_t kLanes = 16;  // maxima of their own: one after the other would take as long as the rays
+  std::array<double, kLanes> most2{};
+  std::array<std::int64_t, kLanes> missed{};
+  const auto judge = [&](std::size_t i, std::size_t k) {
+    const double r2 = x[i] * x[i] + y[i] * y[i];
+    most2[k] = r2 > most2[k] ? r2 : most2[k];
+    missed[k] |= (residual_px[i] <= accepted_px ? 0 : 1) | (determinant[i] > 0 ? 0 : 1);
+  };
+  std::size_t i = 0;
+  for (; i + kLanes <= n; i += kLanes) {
+    SCATMAP_INDEPENDENT
+    for (std::size_t k = 0; k < kLanes; ++k) judge(i + k, k);
+  }
+  for (; i < n; ++i) judge(i, 0);
+  LensJudgement out{true, 0};
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    out.met = out.met && missed[k] == 0;
+    out.farthest2 = std::max(out.farthest2, most2[k]);
+  }
+  return out;
 }
 
 SCATMAP_CLONES void run_ray_angles(const double (&matrix)[9], std::size_t n, const double* __restrict x,

@@ -10,7 +10,7 @@ namespace scatmap {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kPart = 192;  // of a row, on the stack
+constexpr std::size_t kPart = 96;  // of a row, on the stack
 
 struct Part {
   std::array<double, kPart> x, y, determinant, residual_px;
@@ -108,64 +108,89 @@ class UnfoldedDisc {
   double radius_ = 0, beyond_ = HUGE_VAL;
 };
 
-// One ray to a thousandth of what near starts need; nullopt where it does not come about.
-std::optional<kernel::LensStep> solved(const OpencvLens& lens, double column, double row, double x, double y) {
-  constexpr int kMost = 6;
-  constexpr double kNear_px = 1e-3;
-  for (int step = 0; step < kMost; ++step) {
-    const kernel::LensStep next = kernel::newton_step(lens, column, row, x, y);
-    if (next.residual_px <= kNear_px && next.determinant > 0) return next;
-    x = next.x;
-    y = next.y;
-  }
-  return std::nullopt;
+// The pinhole's rays.
+kernel::LensStart far_start(const OpencvLens& lens, int row, const kernel::LensColumns& columns) {
+  return {(columns.first - lens.cx) / lens.fx, columns.step / lens.fx, {0, 1}, {(row - lens.cy) / lens.fy}};
 }
 
-// The parabola through the rays of the part's ends and middle.
-std::optional<kernel::LensStart> near_start(const OpencvLens& lens, int row, int first, std::size_t n) {
-  constexpr std::size_t kShortest = 32;
-  if (n < kShortest) return std::nullopt;
-  const double half = 0.5 * static_cast<double>(n - 1);
-  const auto undistorted = [&](double column) {
-    return solved(lens, column, row, (column - lens.cx) / lens.fx, (row - lens.cy) / lens.fy);
+// The polynomial through values at u = 0, 1, 2, 3, 4.
+std::array<double, 5> quartic(const double* f) {
+  const double d1 = f[1] - f[0], d2 = f[2] - 2 * f[1] + f[0], d3 = f[3] - 3 * f[2] + 3 * f[1] - f[0],
+               d4 = f[4] - 4 * f[3] + 6 * f[2] - 4 * f[1] + f[0];
+  return {f[0], d1 - d2 / 2 + d3 / 3 - d4 / 4, d2 / 2 - d3 / 2 + 11 * d4 / 24, d3 / 6 - d4 / 4, d4 / 24};
+}
+
+double fifth_difference(const double* f) { return f[5] - 5 * f[4] + 10 * f[3] - 10 * f[2] + 5 * f[1] - f[0]; }
+
+// Rays at even nodes along a row, five to each part: from the quartics through them the other rays are a step or two
+// away.
+class RowNodes {
+ public:
+  static constexpr std::size_t kMostParts = 32;
+
+  RowNodes(const OpencvLens& lens, int row, int first, std::size_t parts) {
+    // One node beyond, which may lie off the frame, tells the error.
+    const kernel::LensColumns nodes{static_cast<double>(first), kSpacing, kIntervals * parts + 2};
+    kernel::run_unproject_far(lens, row, nodes, far_start(lens, row, nodes), x_.data(), y_.data(), determinant_.data(),
+                              residual_px_.data());
+  }
+
+  struct Start {
+    kernel::LensStart at;
+    double error;  ///< of x and y, estimated
   };
-  const auto a = undistorted(first), b = undistorted(first + half), c = undistorted(first + 2 * half);
-  if (!a || !b || !c) return std::nullopt;
-  const auto slope = [half](double p, double q, double r) { return (-3 * p + 4 * q - r) / (2 * half); };
-  const auto bend = [half](double p, double q, double r) { return (p - 2 * q + r) / (2 * half * half); };
-  return kernel::LensStart{a->x, slope(a->x, b->x, c->x), bend(a->x, b->x, c->x),
-                           a->y, slope(a->y, b->y, c->y), bend(a->y, b->y, c->y)};
-}
-
-// Distance from the axis, of the rays that there are.
-double farthest(const Part& part, std::size_t n) {
-  std::array<double, 8> most2{};  // side by side: one maximum after the other would take as long as the rays
-  std::size_t i = 0;
-  for (; i + most2.size() <= n; i += most2.size()) {
-    for (std::size_t k = 0; k < most2.size(); ++k) {
-      const double r2 = part.x[i + k] * part.x[i + k] + part.y[i + k] * part.y[i + k];
-      most2[k] = most2[k] < r2 ? r2 : most2[k];
+  // nullopt where a node has no ray.
+  std::optional<Start> start(std::size_t part) const {
+    constexpr double kMet_px = 1e-3;
+    const std::size_t node = kIntervals * part;
+    for (std::size_t k = node; k <= node + kIntervals + 1; ++k) {
+      if (!(residual_px_[k] <= kMet_px && determinant_[k] > 0)) return std::nullopt;
     }
+    constexpr double kShare = 0.031;  // the largest |u (u − 1) … (u − 4)|/5! between the nodes
+    const double *x = x_.data() + node, *y = y_.data() + node;
+    return Start{{0, 1 / kSpacing, quartic(x), quartic(y)},
+                 kShare * (std::abs(fifth_difference(x)) + std::abs(fifth_difference(y)))};
   }
-  for (; i < n; ++i) most2[0] = std::max(most2[0], part.x[i] * part.x[i] + part.y[i] * part.y[i]);
-  return std::sqrt(*std::max_element(most2.begin(), most2.end()));
-}
 
-void unproject_part(const OpencvLens& lens, UnfoldedDisc& disc, int row, int first, std::size_t n, Part& part) {
-  const kernel::LensStart far{(first - lens.cx) / lens.fx, 1 / lens.fx, 0, (row - lens.cy) / lens.fy, 0, 0};
+ private:
+  static constexpr std::size_t kIntervals = 4, kNodes = kIntervals * kMostParts + 2;
+  static constexpr double kSpacing = static_cast<double>(kPart) / kIntervals;
+  std::array<double, kNodes> x_, y_, determinant_, residual_px_;
+};
+
+void unproject_part(const OpencvLens& lens, UnfoldedDisc& disc, int row, int first, std::size_t n,
+                    const std::optional<RowNodes::Start>& start, Part& part) {
+  const kernel::LensColumns columns{static_cast<double>(first), 1, n};
   const auto met_at = [&](std::size_t i) {
     return part.residual_px[i] <= accepted_px(lens, first + static_cast<double>(i), row) && part.determinant[i] > 0;
   };
-  const auto near = near_start(lens, row, first, n);
-  const auto run = [&](auto unproject, const kernel::LensStart& start) {
-    unproject(lens, row, first, start, n, part.x.data(), part.y.data(), part.determinant.data(),
+  const auto run = [&](auto unproject, const kernel::LensStart& from) {
+    unproject(lens, row, columns, from, part.x.data(), part.y.data(), part.determinant.data(),
               part.residual_px.data());
   };
-  near ? run(kernel::run_unproject_near, *near) : run(kernel::run_unproject_far, far);
-  // Where the parabola was not near enough at an end, more steps for all cost less than single ones for some.
-  if (near && !(met_at(0) && met_at(n - 1) && met_at(n / 4) && met_at(n - 1 - n / 4)))
-    run(kernel::run_unproject_far, *near);
-  const bool unfolded = disc.holds(farthest(part, n));
+  constexpr double kClose = 1e-8, kNear = 2e-5;  // each step about squares the error
+  if (start && start->error < kClose) {
+    run(kernel::run_unproject_close, start->at);
+  } else if (start && start->error < kNear) {
+    run(kernel::run_unproject_near, start->at);
+  } else {
+    run(kernel::run_unproject_far, start ? start->at : far_start(lens, row, columns));
+  }
+  // The least that any column of the part accepts.
+  const double nearest = std::clamp(lens.cx, columns.first, columns.first + static_cast<double>(n - 1));
+  const auto judge = [&] {
+    return kernel::run_judge(n, accepted_px(lens, nearest, row), part.x.data(), part.y.data(), part.determinant.data(),
+                             part.residual_px.data());
+  };
+  kernel::LensJudgement judged = judge();
+  // Where the start was not near enough, more steps for all cost less than single ones for some.
+  if (!judged.met && start && start->error < kNear &&
+      !(met_at(0) && met_at(n - 1) && met_at(n / 4) && met_at(n - 1 - n / 4))) {
+    run(kernel::run_unproject_far, start->at);
+    judged = judge();
+  }
+  const bool unfolded = disc.holds(std::sqrt(judged.farthest2));
+  if (judged.met && unfolded) return;
   for (std::size_t i = 0; i < n; ++i) {
     const bool met = met_at(i);
     if (!met || !(unfolded || disc.holds(std::hypot(part.x[i], part.y[i]))))
@@ -204,11 +229,19 @@ void write_part(const OpencvLens& lens, const Part& part, const RayAngles& a, st
   }
 }
 
+// Calls work(n, place) for parts of a row whose rays are in `part`.
 template <class Work>
-void for_parts(ColumnRange columns, Work&& work) {
-  for (int first = columns.first; first < columns.last; first += static_cast<int>(kPart)) {
-    const std::size_t n = std::min(kPart, static_cast<std::size_t>(columns.last - first));
-    work(first, n, static_cast<std::size_t>(first - columns.first));
+void for_parts(const OpencvLens& lens, int row, ColumnRange columns, Part& part, Work&& work) {
+  UnfoldedDisc disc(lens);
+  constexpr int kLength = static_cast<int>(kPart), kMost = kLength * static_cast<int>(RowNodes::kMostParts);
+  for (int from = columns.first; from < columns.last; from += kMost) {
+    const int last = std::min(from + kMost, columns.last);
+    const RowNodes nodes(lens, row, from, (static_cast<std::size_t>(last - from) + kPart - 1) / kPart);
+    for (int first = from; first < last; first += kLength) {
+      const auto n = static_cast<std::size_t>(std::min(kLength, last - first));
+      unproject_part(lens, disc, row, first, n, nodes.start(static_cast<std::size_t>((first - from) / kLength)), part);
+      work(n, static_cast<std::size_t>(first - columns.first));
+    }
   }
 }
 
@@ -228,9 +261,7 @@ std::optional<OpencvLens> opencv_lens(std::string_view model, std::span<const do
 
 void unproject_row(const OpencvLens& lens, int row, ColumnRange columns, const LensRow& out) {
   Part part;
-  UnfoldedDisc disc(lens);
-  for_parts(columns, [&](int first, std::size_t n, std::size_t at) {
-    unproject_part(lens, disc, row, first, n, part);
+  for_parts(lens, row, columns, part, [&](std::size_t n, std::size_t at) {
     std::copy_n(part.x.begin(), n, out.x.data() + at);
     std::copy_n(part.y.begin(), n, out.y.data() + at);
     if (out.solid_angle_sr.empty()) return;
@@ -243,9 +274,7 @@ void lens_angle_row(const OpencvLens& lens, const Matrix3<double>& m, int row, C
   const double matrix[9] = {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
   Part part;
   RayAngles angles;
-  UnfoldedDisc disc(lens);
-  for_parts(columns, [&](int first, std::size_t n, std::size_t at) {
-    unproject_part(lens, disc, row, first, n, part);
+  for_parts(lens, row, columns, part, [&](std::size_t n, std::size_t at) {
     kernel::run_ray_angles(matrix, n, part.x.data(), part.y.data(), angles.theta.data(), angles.phi.data(),
                            angles.z.data());
     write_part(lens, part, angles, n, at, out);
