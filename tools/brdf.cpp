@@ -8,6 +8,7 @@
 #include "scatmap/base/parallel.h"
 #include "scatmap/base/units.h"
 #include "scatmap/brdf/from_frames.h"
+#include "scatmap/brdf/map_summary.h"
 #include "scatmap/report/map_exr.h"
 #include "scatmap/report/map_fits.h"
 #include "tools/instrument_inputs.h"
@@ -29,51 +30,6 @@ struct Options {
 nlohmann::json filters_json(const ScaleBudget& b) {
   const ScaleInterval i = b.filters_interval();
   return {{"worst_case", b.filters_worst_case()}, {"standard", b.filters_standard()}, {"interval", {i.low, i.high}}};
-}
-
-struct Summary {
-  std::size_t good = 0;
-  double largest = -HUGE_VAL;
-  double mean_relative = 0;  // of the per-pixel uncertainty, over pixels above 10 sigma
-};
-
-struct RowSummary {
-  std::size_t good = 0;
-  double largest = -HUGE_VAL;
-  double sum = 0, count = 0;  // of the relative uncertainty
-};
-
-RowSummary summarise_row(std::span<const double> f, std::span<const float> u, std::span<const Mask> mask) {
-  RowSummary s;
-  for (std::size_t i = 0; i < f.size(); ++i) {
-    if (mask[i] != 0) continue;
-    ++s.good;
-    s.largest = std::max(s.largest, f[i]);
-    if (f[i] > 10 * u[i]) {
-      s.sum += u[i] / f[i];
-      s.count += 1;
-    }
-  }
-  return s;
-}
-
-// Row by row, so that threads do not change the sum.
-Summary summarise(const BrdfMap& map) {
-  const Grid<float> u = per_pixel_uncertainty(map);
-  std::vector<RowSummary> rows(static_cast<std::size_t>(map.mask.rows()));
-  for_each_row(map.mask.rows(), [&](int r) {
-    rows[static_cast<std::size_t>(r)] = summarise_row(map.brdf_per_sr.row(r), u.row(r), map.mask.row(r));
-  });
-  Summary s;
-  double sum = 0, count = 0;
-  for (const RowSummary& row : rows) {
-    s.good += row.good;
-    s.largest = std::max(s.largest, row.largest);
-    sum += row.sum;
-    count += row.count;
-  }
-  s.mean_relative = count > 0 ? sum / count : std::nan("");
-  return s;
 }
 
 // What the overlaps say of the causes that differ between exposures.
@@ -120,7 +76,7 @@ void print_overlap(const OverlapReport& o) {
   }
 }
 
-void print_json(const BrdfResult& r, const Summary& s) {
+void print_json(const BrdfResult& r, const MapSummary& s) {
   nlohmann::json out{
       {"theta_i_deg", r.map.angles.theta_i_rad * kDegPerRad}, {"pixels", r.map.mask.size()}, {"good_pixels", s.good}};
   out["method"] = r.map.method;
@@ -149,7 +105,7 @@ void print_json(const BrdfResult& r, const Summary& s) {
   std::printf("%s\n", out.dump(2).c_str());
 }
 
-void print_text(const BrdfResult& r, const Summary& s) {
+void print_text(const BrdfResult& r, const MapSummary& s) {
   std::printf("theta_i %.4f deg, %zu of %zu pixels good, largest BRDF %.4g sr^-1\n",
               r.map.angles.theta_i_rad * kDegPerRad, s.good, r.map.mask.size(), s.largest);
   std::printf("random and structured uncertainty: %.2f %% on average where f > 10 u\n", 100 * s.mean_relative);
@@ -211,7 +167,7 @@ void run(const Options& o, const Invocation& invocation) {
   }
   if (o.method == "fused" && result.map.method == "exact")
     std::fprintf(stderr, "note: method exact was used: fused is for %s\n", what_fused_lacks(measurement));
-  const Summary s = summarise(result.map);
+  const MapSummary s = summarise(result.map);
   o.output.json ? print_json(result, s) : print_text(result, s);
 }
 

@@ -50,5 +50,9 @@ struct BrdfMap {
 /// Random, pose and structured parts together, per pixel (root sum of squares), scale excluded; empty if the map has
 /// none.
 Grid<float> per_pixel_uncertainty(const BrdfMap& map);
+/// What it is made of: images of the map's.
+std::vector<const Grid<float>*> uncertainty_parts(const BrdfMap& map);
+/// One row of it, zeros where there are no parts. @param out columns
+void per_pixel_uncertainty_row(std::span<const Grid<float>* const> parts, int row, std::span<float> out);
 
 }  // namespace scatmap

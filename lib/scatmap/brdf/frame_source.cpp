@@ -188,7 +188,10 @@ std::shared_ptr<const FrameSource::Dark> FrameSource::dark_of(const Exposure& e,
 
 FrameSource::Raw FrameSource::read_exposure(const Exposure& e, const std::string& role) {
   ExposureRecord record{role, e.exposure_s, e.filters, {}, {}};
+  // Darks come first: once they are combined, their memory serves the frames.
+  std::shared_ptr<const Dark> dark = e.stated_dark ? nullptr : dark_of(e, 0);
   std::vector<Frame> frames = read_all(e, false, record.frames);
+  if (!dark) dark = dark_of(e, frames.front().quantum_dn);
   const bool is_sample = !role.starts_with("signature");
   for (const Frame& f : frames) {
     constexpr double kSameAngle_deg = 1e-3;
@@ -200,7 +203,6 @@ FrameSource::Raw FrameSource::read_exposure(const Exposure& e, const std::string
       require_agreement(f.header.arm_deg, (is_sample ? measurement_.pose.arm_rad : *e.arm_rad) * kDegPerRad,
                         kSameAngle_deg, name + ": ARMDEG", is_sample ? "arm_deg" : "arm_deg of the signature");
   }
-  auto dark = dark_of(e, frames.front().quantum_dn);
   record.darks = dark->records;
   note_light(frames, dark->master, role);
   const double pooled = dark->master.pooled_from_frames ? std::sqrt(dark->master.pooled_variance_dn2) : 0;

@@ -64,7 +64,7 @@ Grid<float> nonlinearity_change(const Measurement& m, const std::vector<double>&
   if (!(u > 0)) return {};
   const Sensor& s = m.instrument.sensor;
   const double signature_level = signature.level_dn / (*s.saturation_dn - s.bias_dn);
-  Grid<float> out(merged.mask.rows(), merged.mask.columns());
+  Grid<float> out(merged.expected.rows(), merged.expected.columns());
   for_each_row(out.rows(), [&](int row) {
     for (int c = 0; c < out.columns(); ++c) {
       const auto i = static_cast<std::size_t>(&out(row, c) - out.data());
@@ -339,7 +339,6 @@ void exact_map(const Measurement& m, FrameSource& source, Beam beam, FilterValue
 void split_causes_of_one(const Measurement& m, const ExposureCauses& causes, const MergedSignature& signature,
                          double per_unit, const Grid<double>& expected_per_sr, BrdfMap& map) {
   Merged merged;
-  merged.mask = map.mask;
   if (!expected_per_sr.empty()) {
     merged.expected = Grid<double>(map.mask.rows(), map.mask.columns());
     for_each_row(map.mask.rows(), [&](int row) {

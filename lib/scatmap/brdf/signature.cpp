@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "scatmap/base/error.h"
+#include "scatmap/base/huge_page_allocator.h"
 #include "scatmap/base/number_text.h"
 #include "scatmap/base/parallel.h"
+#include "scatmap/brdf/map_rows.h"
 
 namespace scatmap {
 namespace {
@@ -76,12 +78,6 @@ void refuse_saturation(const Counts& c) {
   }
 }
 
-// A pixel by the mean of the good ones among itself and its eight neighbours.
-struct Peak {
-  double mean = -HUGE_VAL;
-  int column = 0;
-};
-
 // Sums of three rows, column by column; beyond the frame's sides zero.
 struct ColumnSums {
   std::vector<double> rate, count;
@@ -90,43 +86,36 @@ struct ColumnSums {
   void fill(const Counts& c, int row) {
     std::fill(rate.begin(), rate.end(), 0.0);
     std::fill(count.begin(), count.end(), 0.0);
-    for (int r = std::max(0, row - 1); r <= std::min(c.mask.rows() - 1, row + 1); ++r) {
-      const double* of = c.rate_dn_per_s.row(r).data();
-      const Mask* mask = c.mask.row(r).data();
-      for (std::size_t k = 0; k + 2 < rate.size(); ++k) {
-        rate[k + 1] += mask[k] == 0 ? of[k] : 0;
-        count[k + 1] += mask[k] == 0 ? 1 : 0;
-      }
-    }
+    for (int r = std::max(0, row - 1); r <= std::min(c.mask.rows() - 1, row + 1); ++r)
+      add_good(c.rate_dn_per_s.row(r).data(), c.mask.row(r).data(), c.mask.columns(), &rate[1], &count[1]);
+  }
+  // Of the good pixels among one and its eight neighbours.
+  double mean(std::size_t k) const {
+    return (rate[k] + rate[k + 1] + rate[k + 2]) / (count[k] + count[k + 1] + count[k + 2]);
   }
 };
 
-Peak row_peak(const Counts& c, int row, ColumnSums& sums) {
-  sums.fill(c, row);
-  Peak best;
-  const double *rate = sums.rate.data(), *count = sums.count.data();
-  for (int k = 0; k < c.mask.columns(); ++k) {
-    const double mean = (rate[k] + rate[k + 1] + rate[k + 2]) / (count[k] + count[k + 1] + count[k + 2]);
-    if (mean > best.mean) best = {mean, k};  // not where it is NaN: no good pixel
-  }
-  return best;
-}
-
 // Brightest 3 × 3 mean.
 Circle brightest(const Counts& c) {
-  const int rows = c.mask.rows();
-  std::vector<Peak> peaks(static_cast<std::size_t>(rows));
+  const int rows = c.mask.rows(), columns = c.mask.columns();
+  std::vector<double> peaks(static_cast<std::size_t>(rows));
   for_row_ranges(rows, [&](int first, int last) {
-    ColumnSums sums(c.mask.columns());
-    for (int r = first; r < last; ++r) peaks[static_cast<std::size_t>(r)] = row_peak(c, r, sums);
+    ColumnSums sums(columns);
+    for (int r = first; r < last; ++r) {
+      sums.fill(c, r);
+      peaks[static_cast<std::size_t>(r)] = largest_mean_of_three(sums.rate.data(), sums.count.data(), columns);
+    }
   });
-  const auto highest =
-      std::max_element(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.mean < b.mean; });
+  const auto highest = std::max_element(peaks.begin(), peaks.end());
   const int row = static_cast<int>(highest - peaks.begin());
+  ColumnSums sums(columns);
+  sums.fill(c, row);
+  int column = 0;
+  while (column + 1 < columns && !(sums.mean(static_cast<std::size_t>(column)) >= *highest)) ++column;
   constexpr double kStandsOut = 20;
-  if (!(highest->mean > kStandsOut * std::sqrt(noise_at(c, row, highest->column, 0) / 9)))
+  if (!(*highest > kStandsOut * std::sqrt(noise_at(c, row, column, 0) / 9)))
     throw Error({"signature", "shows no beam: its brightest spot does not stand out of the noise", {}, {}});
-  return {static_cast<double>(highest->column), static_cast<double>(row), 3};
+  return {static_cast<double>(column), static_cast<double>(row), 3};
 }
 
 struct Ring {
@@ -136,8 +125,10 @@ struct Ring {
 
 // Clipped mean in the ring around the aperture; what else is in the frame (another spot) is clipped away.
 Ring background(const Counts& c, const Circle& circle) {
-  std::vector<double> values;
   const Circle outer{circle.column, circle.row, background_radius_px(circle.radius)};
+  std::vector<double, HugePageAllocator<double>> values;  // a large ring has millions
+  const double side = 2 * outer.radius + 3;
+  values.reserve(static_cast<std::size_t>(std::min(side * side, static_cast<double>(c.mask.size()))));
   double noise = 0;
   for_each_inside(c, outer, [&](int r, int k) {
     if (!good(c, r, k) || is_inside(circle, r, k)) return;

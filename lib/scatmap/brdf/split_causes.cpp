@@ -25,7 +25,7 @@ std::string extension_name(const std::string& cause) {
 // f × (Σ share · loading_e + loading of the non-linearity · its change), row by row so that it stays in the cache.
 StructuredCause structured(std::string name, std::string meaning, const Eigen::VectorXd& loading,
                            double of_nonlinearity, const CauseImages& in) {
-  const int rows = in.merged.mask.rows(), columns = in.merged.mask.columns();
+  const int rows = in.expected_per_sr.rows(), columns = in.expected_per_sr.columns();
   StructuredCause out{std::move(name), std::move(meaning), Grid<float>(rows, columns)};
   const bool one = in.merged.share.empty();  // one exposure has all of every pixel
   for_each_row(rows, [&](int row) {

@@ -6,7 +6,6 @@
 #include <initializer_list>
 #include <limits>
 #include <memory>
-#include <numeric>
 #include <string>
 #include <vector>
 
@@ -71,20 +70,18 @@ ClippedMean clipped_mean(std::vector<double>& values, double floor_dn2, const Se
 // Mean sample variance of pixels whose level is ordinary; rows summed apart, so that threads do not change it.
 double pooled_variance(const MasterDark& dark, const Grid<float>& sample_variance, double typical, double spread) {
   const auto rows = static_cast<std::size_t>(dark.level_dn.rows());
-  std::vector<double> sums(rows), counts(rows);
+  std::vector<PooledRow> of_row(rows);
   for_each_row(dark.level_dn.rows(), [&](int row) {
-    double sum = 0, count = 0;
-    for (int c = 0; c < dark.level_dn.columns(); ++c) {
-      if (std::abs(dark.level_dn(row, c) - typical) <= kHotSigmas * spread && std::isfinite(sample_variance(row, c))) {
-        sum += sample_variance(row, c);
-        count += 1;
-      }
-    }
-    sums[static_cast<std::size_t>(row)] = sum;
-    counts[static_cast<std::size_t>(row)] = count;
+    of_row[static_cast<std::size_t>(row)] =
+        pooled_row(dark.level_dn.row(row).data(), sample_variance.row(row).data(), dark.level_dn.columns(), typical,
+                   kHotSigmas * spread);
   });
-  const double count = std::accumulate(counts.begin(), counts.end(), 0.0);
-  return count > 0 ? std::accumulate(sums.begin(), sums.end(), 0.0) / count : 0;
+  double sum = 0, count = 0;
+  for (const PooledRow& row : of_row) {
+    sum += row.sum;
+    count += row.count;
+  }
+  return count > 0 ? sum / count : 0;
 }
 
 // Two outliers among the darks of one pixel are no cosmic hits: it flickers. Its own dark charge counts only where the

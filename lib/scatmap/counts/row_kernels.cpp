@@ -282,6 +282,29 @@ SCATMAP_CLONES void finish_dark_row(const float* level, const float* count, cons
   }
 }
 
+SCATMAP_CLONES PooledRow pooled_row(const float* level, const float* value, int pixels, double typical, double limit) {
+  constexpr int kLanes = 16;  // as below
+  double sum[kLanes] = {}, count[kLanes] = {};
+  const auto add = [&](int i, int k) {
+    const double off = std::abs(static_cast<double>(level[i]) - typical), v = value[i];
+    const bool counts = off <= limit && v - v == 0;
+    sum[k] += counts ? v : 0;
+    count[k] += counts ? 1 : 0;
+  };
+  int first = 0;
+  for (; first + kLanes <= pixels; first += kLanes) {
+    SCATMAP_INDEPENDENT
+    for (int k = 0; k < kLanes; ++k) add(first + k, k);
+  }
+  for (; first < pixels; ++first) add(first, 0);
+  PooledRow out{0, 0};
+  for (int k = 0; k < kLanes; ++k) {
+    out.sum += sum[k];
+    out.count += count[k];
+  }
+  return out;
+}
+
 SCATMAP_CLONES bool spills_charge(std::span<const Mask> row) {
   Mask any = 0;
   for (std::size_t c = 0; c < row.size(); ++c)

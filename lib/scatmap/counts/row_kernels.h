@@ -83,6 +83,12 @@ struct FinishConstants {
 void finish_dark_row(const float* level, const float* count, const float* sample_variance, int pixels,
                      const FinishConstants& k, float* single_variance, float* level_variance, Mask* mask);
 
+/// Of the finite values whose level is within `limit` of the typical one.
+struct PooledRow {
+  double sum, count;
+};
+PooledRow pooled_row(const float* level, const float* value, int pixels, double typical, double limit);
+
 /// Whether a row of masks holds a pixel that light has saturated: its charge spills into its neighbours. A hot pixel is
 /// alone.
 bool spills_charge(std::span<const Mask> row);
