@@ -141,6 +141,7 @@ Target read_target(const Row& row, std::vector<std::string>& mounts) {
 TargetList parse_targets(const std::string& text, const std::string& name) {
   TargetList list{name, {}, {}};
   std::map<std::string, std::size_t> columns;
+  std::map<std::string_view, int> seen;  // the same spot twice is no second measurement
   std::string_view rest = text;
   if (rest.substr(0, 3) == "\xEF\xBB\xBF") rest.remove_prefix(3);
   for (int number = 1; !rest.empty(); ++number) {
@@ -155,6 +156,8 @@ TargetList parse_targets(const std::string& text, const std::string& name) {
       columns = read_header(where, line);
       continue;
     }
+    const auto [at, is_new] = seen.emplace(line, number);
+    if (!is_new) throw Error({where, "repeats line " + std::to_string(at->second), {}, "each target once"});
     list.targets.push_back(read_target(Row(where, columns, fields_of(line)), list.mounts));
     list.targets.back().line = number;
   }

@@ -154,8 +154,7 @@ void run(const Options& o, const Invocation& invocation) {
   std::vector<InputRecord> inputs = instrument_inputs(measurement.instrument_file, measurement.instrument);
   inputs.insert(inputs.begin(), record_input(o.measurement));
   BrdfResult result = brdf_from_frames(measurement, progress_bar("brdf"),
-                                       o.no_overlap ? FilterValues::kNominal : FilterValues::kByOverlap,
-                                       method_of(o));
+                                       o.no_overlap ? FilterValues::kNominal : FilterValues::kByOverlap, method_of(o));
   result.map.provenance = {invocation.command_line, "scatmap " + version(), inputs};
   for (const std::string& target : o.output.targets) {
     if (extension_of(target) == ".exr") {

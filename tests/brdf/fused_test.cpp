@@ -311,8 +311,7 @@ TEST(Fused, DividesByTheProjectedSolidAngle) {
                         omega = view.pixel_area_m2 * view.detector_normal.cast<long double>().dot(d) / distance /
                                 (distance * distance);
       const auto truth = static_cast<double>(counts.rate_dn_per_s(r, c) * kFactor / (omega * cos_theta));
-      EXPECT_LE(std::abs(f.brdf_per_sr(r, c) - truth),
-                kFusedBrdfMaxError * (std::abs(truth) + f.u_random_per_sr(r, c)))
+      EXPECT_LE(std::abs(f.brdf_per_sr(r, c) - truth), kFusedBrdfMaxError * (std::abs(truth) + f.u_random_per_sr(r, c)))
           << r << "," << c;
       ++checked;
     }

@@ -26,6 +26,7 @@ inline std::vector<BadInput> bad_frames() {
   const auto with = [](std::string line) {
     return replace("measurement.toml", "stage_deg = 20", "stage_deg = 20\n" + line);
   };
+  const Spoil says_flat = card("flat.fits", "IMAGETYP", "'FLAT'");
   const Spoil flat = with("flat = \"flat.fits\""), bad = with("bad_pixels = \"bad.csv\"");
   return {
       {"frame: no such file",
@@ -70,7 +71,11 @@ inline std::vector<BadInput> bad_frames() {
        1,
        {sample + ": EGAIN", "sensor.gain_e_per_dn"}},
       {"frame: EGAIN zero", run, card(sample, "EGAIN", "0"), 1, {sample, "EGAIN"}},
-      {"frame: ROWORDER differs", run, card(second, "ROWORDER", "'BOTTOM-UP'"), 1, {second + ": ROWORDER", beam}},
+      {"frame: ROWORDER differs",
+       run,
+       card(second, "ROWORDER", "'BOTTOM-UP'"),
+       1,
+       {second + ": ROWORDER", "frames/signature_dark_001.fits"}},
       {"frame: ROWORDER of the dark differs", run, card(dark, "ROWORDER", "'BOTTOM-UP'"), 1, {dark + ": ROWORDER"}},
       {"frame: ROWORDER unknown", run, card(sample, "ROWORDER", "'SIDEWAYS'"), 1, {sample, "ROWORDER", "SIDEWAYS"}},
       {"frame: STAGEDEG contradicts stage_deg",
@@ -133,14 +138,25 @@ inline std::vector<BadInput> bad_frames() {
       {"flat: no such file", run, flat, 1, {"flat.fits", "does not exist"}},
       {"flat: another size",
        run,
-       all({copy(dark, "flat.fits"), card("flat.fits", "NAXIS1", "32"), flat}),
+       all({copy(dark, "flat.fits"), says_flat, card("flat.fits", "NAXIS1", "32"), flat}),
        1,
        {"flat.fits", "32 x 64", "64 x 64"}},
       {"flat: no positive pixel",
        run,
-       all({copy(dark, "flat.fits"), pixels("flat.fits", 0, everywhere), flat}),
+       all({copy(dark, "flat.fits"), says_flat, pixels("flat.fits", 0, everywhere), flat}),
        1,
        {"flat.fits", "positive"}},
+      {"flat: says that it is a dark", run, all({copy(dark, "flat.fits"), flat}), 1, {"flat.fits: IMAGETYP", "flat"}},
+      {"flat: says that it shows the sample",
+       run,
+       all({copy(sample, "flat.fits"), flat}),
+       1,
+       {"flat.fits: IMAGETYP", "flat"}},
+      {"flat: has no light",
+       run,
+       all({copy(dark, "flat.fits"), says_flat, flat}),
+       1,
+       {"flat.fits", "level of the darks", "no light"}},
       {"flat: is a number", run, with("flat = 1"), 1, {"measurement.toml:%: flat"}},
       {"bad pixels: no such file", run, bad, 1, {"bad.csv", "no such file"}},
       {"bad pixels: empty file", run, all({write("bad.csv", ""), bad}), 1, {"bad.csv:1"}},

@@ -131,7 +131,7 @@ inline std::vector<BadInput> bad_measurements() {
        run,
        instrument("columns = 64", "columns = 63"),
        1,
-       {"frames/signature_001.fits", "64 x 64", "63 x 64"}},
+       {"frames/signature_dark_001.fits", "64 x 64", "63 x 64"}},
       {"sensor: saturation below the bias",
        run,
        instrument("saturation_dn = 65535", "saturation_dn = 200"),

@@ -203,6 +203,25 @@ TEST(Notes, ReadNoiseStatedTooLow) {
   EXPECT_TRUE(holds(run_tool(kBrdf, lab.folder()).out, " times the stated read noise"));
 }
 
+TEST(Notes, AFlatThatIsTheSample) {
+  Lab lab = maker().fresh_copy();
+  copy("frames/exposure1_001.fits", "flat.fits")(lab);
+  card("flat.fits", "IMAGETYP", "'FLAT'")(lab);
+  pixels("flat.fits", 5000, [](std::size_t c, std::size_t) { return c < 8; })(lab);
+  lab.replace("measurement.toml", "instrument =", "flat = \"flat.fits\"\ninstrument =");
+  const ToolRun run = run_tool(kBrdf, lab.folder());
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_TRUE(holds(run.out, "flat.fits: ")) << run.out;
+  EXPECT_TRUE(holds(run.out, "off its mean by more than a factor of 2: is it a flat field?")) << run.out;
+}
+
+TEST(Notes, DarksBelowTheBias) {
+  Lab lab = maker().fresh_copy();
+  lab.replace("instrument.toml", "bias_dn = 300", "bias_dn = 1000");
+  const ToolRun run = run_tool(kBrdf, lab.folder());
+  EXPECT_TRUE(holds(run.out, "below sensor.bias_dn = 1000")) << run.out << run.err;
+}
+
 TEST(Notes, FramesBelowTheirDarks) {
   Lab lab = maker().fresh_copy();
   const auto everywhere = [](std::size_t, std::size_t) { return true; };

@@ -67,11 +67,11 @@ FusedPlanes<double> naive_passes(const BrdfScene& s) {
   const Grid<double> projected =
       image([&](std::size_t i) { return angles.solid_angle_sr[i] * std::cos(angles.theta_s_rad[i]); });
   FusedPlanes<double> out{image([&](std::size_t i) { return rate[i] * s.factor / projected[i]; }),
-                  {rows, columns},
-                  {},
-                  {},
-                  {rows, columns},
-                  {}};
+                          {rows, columns},
+                          {},
+                          {},
+                          {rows, columns},
+                          {}};
   for (std::size_t i = 0; i < out.mask.size(); ++i) {
     out.u_random_per_sr[i] = static_cast<float>(u_rate[i] * s.factor / projected[i]);
     out.mask[i] = frame.dn[i] >= s.sensor.saturation_dn ? kSaturated : s.dark.mask[i];

@@ -21,15 +21,15 @@ struct LensStart {
 /// Newton's method along a row, a fixed number of steps: 4 from a far start, 2 from a near one (within some 1e-5), 1
 /// from a close one (within some 1e-9). determinant: of d(x', y')/d(x, y) at the result, not positive where the image
 /// has folded back; residual_px: how far the result projects from its pixel.
-void run_unproject_far(const OpencvLens& lens, double row, const LensColumns& columns, const LensStart& start, double* x,
-                       double* y, double* determinant, double* residual_px);
+void run_unproject_far(const OpencvLens& lens, double row, const LensColumns& columns, const LensStart& start,
+                       double* x, double* y, double* determinant, double* residual_px);
 void run_unproject_near(const OpencvLens& lens, double row, const LensColumns& columns, const LensStart& start,
                         double* x, double* y, double* determinant, double* residual_px);
 void run_unproject_close(const OpencvLens& lens, double row, const LensColumns& columns, const LensStart& start,
                          double* x, double* y, double* determinant, double* residual_px);
 /// What a part of a row is judged by.
 struct LensJudgement {
-  bool met;           ///< all residuals at most `accepted_px` and all determinants positive; NaN is not
+  bool met;          ///< all residuals at most `accepted_px` and all determinants positive; NaN is not
   double farthest2;  ///< largest x² + y² of those that are numbers
 };
 LensJudgement run_judge(std::size_t n, double accepted_px, const double* x, const double* y, const double* determinant,

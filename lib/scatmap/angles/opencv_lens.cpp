@@ -165,8 +165,7 @@ void unproject_part(const OpencvLens& lens, UnfoldedDisc& disc, int row, int fir
     return part.residual_px[i] <= accepted_px(lens, first + static_cast<double>(i), row) && part.determinant[i] > 0;
   };
   const auto run = [&](auto unproject, const kernel::LensStart& from) {
-    unproject(lens, row, columns, from, part.x.data(), part.y.data(), part.determinant.data(),
-              part.residual_px.data());
+    unproject(lens, row, columns, from, part.x.data(), part.y.data(), part.determinant.data(), part.residual_px.data());
   };
   constexpr double kClose = 1e-8, kNear = 2e-5;  // each step about squares the error
   if (start && start->error < kClose) {

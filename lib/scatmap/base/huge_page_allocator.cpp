@@ -42,7 +42,8 @@ void* map_pages(std::size_t size) {
   if (mapped == MAP_FAILED) return nullptr;
   if (slack == 0) return mapped;
   auto* const begin = static_cast<std::byte*>(mapped);
-  const std::size_t past = reinterpret_cast<std::uintptr_t>(mapped) % kHugePage, head = past == 0 ? 0 : kHugePage - past;
+  const std::size_t past = reinterpret_cast<std::uintptr_t>(mapped) % kHugePage,
+                    head = past == 0 ? 0 : kHugePage - past;
   if (head > 0) munmap(begin, head);
   if (head < slack) munmap(begin + head + size, slack - head);
 #ifdef MADV_HUGEPAGE

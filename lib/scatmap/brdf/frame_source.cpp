@@ -40,6 +40,8 @@ void require_agreement(const std::optional<double>& in_file, double stated, doub
   }
 }
 
+std::string percent_text(double relative) { return number_text(std::round(1e3 * relative) / 10) + " %"; }
+
 // Several files at a time; of several failures the first in the list is told, whatever the threads did.
 std::vector<RecordedFrame> read_in_parallel(const std::vector<std::filesystem::path>& paths) {
   std::vector<RecordedFrame> out(paths.size());
@@ -64,8 +66,10 @@ FrameSource::FrameSource(const Measurement& measurement)
   const Instrument& in = measurement.instrument;
   if (measurement.flat) {
     const Frame flat = read_frame(*measurement.flat);
+    require_flat(flat);
     require_detector_size(flat.dn.rows(), flat.dn.columns(), flat.file.string(), in);
     response_.flat = normalised_flat(flat);
+    note_flat(flat);
   }
   if (!measurement.bad_pixels) return;
   if (measurement.bad_pixels->extension() == ".csv") {
@@ -75,6 +79,34 @@ FrameSource::FrameSource(const Measurement& measurement)
   const Frame bad = read_frame(*measurement.bad_pixels);
   require_detector_size(bad.dn.rows(), bad.dn.columns(), bad.file.string(), in);
   response_.bad = bad_pixels_from_frame(bad);
+}
+
+void FrameSource::note_flat(const Frame& flat) {
+  constexpr double kFactor = 2, kMany = 0.05;
+  std::size_t positive = 0, off = 0;
+  for (const float v : response_.flat) {
+    if (!(v > 0)) continue;
+    ++positive;
+    if (v < 1 / kFactor || v > kFactor) ++off;
+  }
+  if (flat.quantum_dn > 0) raw_flat_dn_ = frame_light(flat.dn).sum_dn / static_cast<double>(flat.dn.size());
+  const double share = static_cast<double>(off) / static_cast<double>(positive);
+  if (share > kMany)
+    notes_.push_back(flat.file.string() + ": " + percent_text(share) +
+                     " of its pixels are off its mean by more than a factor of 2: is it a flat field?");
+}
+
+// Levels that darks cannot have.
+void FrameSource::check_level(const MasterDark& dark, const std::string& role) {
+  constexpr double kSigmas = 5;
+  const double level = frame_light(dark.level_dn).sum_dn / static_cast<double>(dark.level_dn.size()),
+               noise = std::max(1.0, sensor_.read_noise_dn());
+  if (raw_flat_dn_ && std::abs(*raw_flat_dn_ - level) < kSigmas * noise)
+    throw Error({measurement_.flat->string(), "is at the level of the darks of " + role + ": it shows no light",
+                 number_text(std::round(*raw_flat_dn_)) + " DN", "a flat field"});
+  if (level < sensor_.bias_dn - kSigmas * noise)
+    notes_.push_back("darks of " + role + " lie at " + number_text(std::round(level)) +
+                     " DN, below sensor.bias_dn = " + number_text(sensor_.bias_dn) + ": check it");
 }
 
 void FrameSource::check(const Frame& f, bool is_dark, double exposure_s) {
@@ -126,8 +158,6 @@ void FrameSource::require_new(const InputRecord& record, const std::filesystem::
 }
 
 namespace {
-
-std::string percent_text(double relative) { return number_text(std::round(1e3 * relative) / 10) + " %"; }
 
 // Frames of one exposure see the same light. What the sensor's offset may wander by is no light.
 std::optional<std::string> light_that_differs(const std::vector<Frame>& frames, const std::vector<double>& net_dn,
@@ -204,6 +234,7 @@ FrameSource::Raw FrameSource::read_exposure(const Exposure& e, const std::string
                         kSameAngle_deg, name + ": ARMDEG", is_sample ? "arm_deg" : "arm_deg of the signature");
   }
   record.darks = dark->records;
+  check_level(dark->master, role);
   note_light(frames, dark->master, role);
   const double pooled = dark->master.pooled_from_frames ? std::sqrt(dark->master.pooled_variance_dn2) : 0;
   return {std::move(frames), std::move(dark), pooled, std::move(record)};

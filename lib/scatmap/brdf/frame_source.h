@@ -1,6 +1,7 @@
 #pragma once
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,8 @@ class FrameSource {
   std::vector<Frame> read_all(const Exposure& exposure, bool are_darks, std::vector<InputRecord>& records);
   std::shared_ptr<const Dark> dark_of(const Exposure& exposure, double quantum_dn);
   void require_new(const InputRecord& record, const std::filesystem::path& path);
+  void note_flat(const Frame& flat);
+  void check_level(const MasterDark& dark, const std::string& role);
   void note_light(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role);
 
   const Measurement& measurement_;
@@ -58,6 +61,7 @@ class FrameSource {
   std::string row_order_, row_order_file_;
   std::map<std::string, std::filesystem::path> seen_;  // by checksum
   std::vector<std::string> notes_;
+  std::optional<double> raw_flat_dn_;  // mean of a flat in whole DN
   int groups_ = 0;
 };
 

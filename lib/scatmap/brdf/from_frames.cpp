@@ -304,8 +304,8 @@ void require_one_scene(const Reductions& r, const std::vector<Exposure>& exposur
   if (!found) return;
   throw Error({exposures[found->dim].where,
                "contradicts " + role + " " + std::to_string(found->bright + 1) +
-                   ": where either sees light, it shows " + number_text(std::max(0.0, std::round(found->ratio * 1e4) / 1e4)) +
-                   " of it",
+                   ": where either sees light, it shows " +
+                   number_text(std::max(0.0, std::round(found->ratio * 1e4) / 1e4)) + " of it",
                {},
                "the same light within a factor of 4 after filters and times: was a shutter closed?"});
 }

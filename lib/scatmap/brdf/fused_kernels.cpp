@@ -88,8 +88,8 @@ const std::array<OfCount, kFull + 1>& of_counts() {
 constexpr int kPadded = kStrip + 2 * kRowMargin;
 constexpr int kSide = kRowMargin - kWindowReach;  // from the margin's edge to the window's
 
-// Sums over the window's rows, column by column, with the row in hand and without: in double, as the scatter behind them
-// may be a small difference.
+// Sums over the window's rows, column by column, with the row in hand and without: in double, as the scatter behind
+// them may be a small difference.
 struct ColumnSums {
   alignas(64) double value[kPadded], square[kPadded], other_value[kPadded], other_square[kPadded];
   alignas(64) std::uint8_t count[kPadded];
@@ -172,8 +172,7 @@ void estimate_odd(const ColumnSums& sums, const std::uint8_t* odd, const std::ui
       if (odd[i] == 0) continue;
       const auto count = static_cast<std::size_t>(kFull + 1 - odd[i] - good[i]);
       Estimate e{own[i], variance_at(own[i], floor[i], shot[i])};
-      if (count >= kLeastNeighbours)
-        e = local_estimate(neighbours(sums, i), table[count], own[i], floor[i], shot[i]);
+      if (count >= kLeastNeighbours) e = local_estimate(neighbours(sums, i), table[count], own[i], floor[i], shot[i]);
       out.expected[i] = good[i] != 0 ? e.expected : std::numeric_limits<double>::quiet_NaN();
       out.variance[i] = good[i] != 0 ? e.variance : std::numeric_limits<float>::quiet_NaN();
     }
@@ -221,8 +220,7 @@ SCATMAP_CLONES bool map_strip(const WindowRows& rows, const float* floor, const 
   const float* own = rows.value[kWindowReach];
   sum_columns(rows, pixels + 2 * kRowMargin, sums);
   estimate(sums, own, floor, shot, pixels, estimates);
-  if (missing(sums, pixels, odd))
-    estimate_odd(sums, odd, rows.good[kWindowReach], own, floor, shot, pixels, estimates);
+  if (missing(sums, pixels, odd)) estimate_odd(sums, odd, rows.good[kWindowReach], own, floor, shot, pixels, estimates);
   return divide(estimates, own, per_dn, pixels, out) >= kInfinite;
 }
 

@@ -51,8 +51,8 @@ struct BrdfStrip {
 };
 
 /// expected_signal() along a strip, then the division by Ω cos theta_s; NaN where the pixel is not good.
-/// @param floor, shot  CleanRow; @param per_dn  map units per DN; @param pixels at most kStrip. @return whether any pixel
-/// may have given an infinite value
+/// @param floor, shot  CleanRow; @param per_dn  map units per DN; @param pixels at most kStrip. @return whether any
+/// pixel may have given an infinite value
 bool map_strip(const WindowRows& rows, const float* floor, const float* shot, const double* per_dn, int pixels,
                const BrdfStrip& out);
 

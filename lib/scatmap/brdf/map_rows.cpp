@@ -72,7 +72,9 @@ SCATMAP_CLONES void add_good(const double* value, const Mask* mask, int pixels, 
 SCATMAP_CLONES double largest_mean_of_three(const double* sum, const double* count, int means) {
   double largest[kLanes];
   for (double& lane : largest) lane = -HUGE_VAL;
-  const auto mean = [&](int i) { return (sum[i] + sum[i + 1] + sum[i + 2]) / (count[i] + count[i + 1] + count[i + 2]); };
+  const auto mean = [&](int i) {
+    return (sum[i] + sum[i + 1] + sum[i + 2]) / (count[i] + count[i + 1] + count[i + 2]);
+  };
   int first = 0;
   for (; first + kLanes <= means; first += kLanes) {
     SCATMAP_INDEPENDENT

@@ -109,8 +109,8 @@ float form_square(const RowForm& form, float t, const Gradient& g) {
 SCATMAP_CLONES Span form_row(const RowForm& form, float per_column, const GradientRows& f, int pixels,
                              const PoseRow& out) {
   const RowForm q = of_differences(form);  // and a local copy: nothing that `out` could overlap
-  const std::int32_t largest = out.u_total != nullptr ? fill<true>(q, per_column, f, pixels, out)
-                                                      : fill<false>(q, per_column, f, pixels, out);
+  const std::int32_t largest =
+      out.u_total != nullptr ? fill<true>(q, per_column, f, pixels, out) : fill<false>(q, per_column, f, pixels, out);
   constexpr std::int32_t kInfinite = 0x7f800000;
   return largest > kInfinite ? absent_span(out.u_pose, pixels) : Span{pixels, pixels};
 }

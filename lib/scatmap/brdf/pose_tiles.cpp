@@ -161,8 +161,7 @@ void PoseTiles::fill_row(std::span<const Tile> tiles, int row, const GradientRow
     const GradientRows of_tile = from(f, at);
     const PoseRow to = from(out, at);
     if (tile.exact) {
-      for (int i = 0; i < pixels; ++i)
-        put(exact_square(row, tile.first_column + i, gradient_at(of_tile, i)), i, to);
+      for (int i = 0; i < pixels; ++i) put(exact_square(row, tile.first_column + i, gradient_at(of_tile, i)), i, to);
       continue;
     }
     const auto per_column = static_cast<float>(per_step(tile.first_column, tile.last_column));

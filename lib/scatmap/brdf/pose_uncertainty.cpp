@@ -90,8 +90,7 @@ std::optional<Grid<float>> pose_uncertainty(const Instrument& instrument, const 
     const int first = index * kPoseTile, last = std::min(rows, first + kPoseTile);
     PaddedRows padded(expected_per_sr);
     padded.start(first);
-    for (int row = first; row < last; ++row)
-      tiles.fill_row(band, row, padded.around(row), {out.row(row).data()});
+    for (int row = first; row < last; ++row) tiles.fill_row(band, row, padded.around(row), {out.row(row).data()});
   });
   return out;
 }

@@ -72,9 +72,8 @@ double pooled_variance(const MasterDark& dark, const Grid<float>& sample_varianc
   const auto rows = static_cast<std::size_t>(dark.level_dn.rows());
   std::vector<PooledRow> of_row(rows);
   for_each_row(dark.level_dn.rows(), [&](int row) {
-    of_row[static_cast<std::size_t>(row)] =
-        pooled_row(dark.level_dn.row(row).data(), sample_variance.row(row).data(), dark.level_dn.columns(), typical,
-                   kHotSigmas * spread);
+    of_row[static_cast<std::size_t>(row)] = pooled_row(dark.level_dn.row(row).data(), sample_variance.row(row).data(),
+                                                       dark.level_dn.columns(), typical, kHotSigmas * spread);
   });
   double sum = 0, count = 0;
   for (const PooledRow& row : of_row) {
@@ -171,6 +170,10 @@ void require_dark(const Frame& frame) { require_type(frame, {"light", "flat", "o
 
 void require_light(const Frame& frame) {
   require_type(frame, {"dark", "bias", "flat"}, "light frame", "a frame of the beam or the sample");
+}
+
+void require_flat(const Frame& frame) {
+  require_type(frame, {"light", "object", "dark", "bias"}, "flat field", "a flat frame");
 }
 
 MasterDark combine_darks(std::span<const Frame> darks, const SensorModel& sensor) {

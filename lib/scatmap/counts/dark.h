@@ -41,5 +41,7 @@ void require_same_shape(const Frame& a, const Frame& b);
 void require_dark(const Frame& frame);
 /// @throws Error naming the file if its header says that it is a dark, bias or flat frame
 void require_light(const Frame& frame);
+/// @throws Error naming the file if its header says that it is a light, dark or bias frame
+void require_flat(const Frame& frame);
 
 }  // namespace scatmap
