@@ -21,7 +21,7 @@ inline std::vector<BadInput> bad_uncertainties() {
       {"uncertainty: a raw frame", run, copy("frames/exposure1_001.fits", map), 1, {map, "no map"}},
       {"uncertainty: an angle file", run, copy("maps/angles.fits", map), 1, {map}},
       {"uncertainty: a modelled map", run, copy("maps/modelled.fits", map), 1, {map, "uncertain"}},
-      {"uncertainty: pixel outside", with({"--pixel", "64,30"}), nothing(), 1, {"64"}},
+      {"uncertainty: pixel outside", with({"--pixel", "64,30"}), nothing(), 1, {"pixel", "64,30", "0,0,63,63"}},
       {"uncertainty: pixel negative", with({"--pixel", "-1,30"}), nothing(), 1, {"-1"}},
       {"uncertainty: pixel of one number", with({"--pixel", "20"}), nothing(), 2, {"--pixel"}},
       {"uncertainty: pixel between pixels", with({"--pixel", "20.5,30"}), nothing(), 2, {"20.5"}},

@@ -191,6 +191,7 @@ void FrameSource::note_light(const std::vector<Frame>& frames, const MasterDark&
   std::vector<double> net_dn;
   for (const Frame& frame : frames) {
     const FrameLight light = frame_light(frame.dn);
+    if (light.at_largest == 0) throw Error({frame.file.string(), "holds no number: every pixel is NaN", {}, {}});
     net_dn.push_back(light.sum_dn - dark_dn);
     if (const auto note = clipping(frame, light, dark_dn / pixels, sensor_)) notes_.push_back(*note);
   }

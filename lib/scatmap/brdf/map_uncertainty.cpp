@@ -12,16 +12,21 @@
 namespace scatmap {
 namespace {
 
+bool is_pixel(const Region& r) { return r.first_column == r.last_column && r.first_row == r.last_row; }
+
+std::string text_of(const Region& r) {
+  const std::string first = std::to_string(r.first_column) + "," + std::to_string(r.first_row);
+  return is_pixel(r) ? first : first + "," + std::to_string(r.last_column) + "," + std::to_string(r.last_row);
+}
+
 template <class Weight>
 PixelSum sum_over(const BrdfMap& map, const Region& r, Weight&& weight) {
   const int rows = map.mask.rows(), columns = map.mask.columns();
+  const char* const kind = is_pixel(r) ? "pixel" : "region";
   if (!(r.first_column >= 0 && r.first_row >= 0 && r.last_column >= r.first_column && r.last_row >= r.first_row &&
         r.last_column < columns && r.last_row < rows)) {
-    const auto text = [](int a, int b, int c, int d) {
-      return std::to_string(a) + "," + std::to_string(b) + "," + std::to_string(c) + "," + std::to_string(d);
-    };
-    throw Error({"region", "is not inside the map", text(r.first_column, r.first_row, r.last_column, r.last_row),
-                 "within " + text(0, 0, columns - 1, rows - 1)});
+    throw Error({kind, "is not inside the map", text_of(r),
+                 "within " + text_of({0, 0, columns - 1, rows - 1})});
   }
   PixelSum out;
   for (int row = r.first_row; row <= r.last_row; ++row) {
@@ -34,7 +39,8 @@ PixelSum sum_over(const BrdfMap& map, const Region& r, Weight&& weight) {
   }
   if (out.pixels.empty()) {
     const int flags = map.mask(r.first_row, r.first_column);
-    throw Error({"region", "holds no good pixel", "mask " + std::to_string(flags) + " at its first",
+    throw Error({kind, is_pixel(r) ? "is not good" : "holds no good pixel",
+                 "mask " + std::to_string(flags) + (is_pixel(r) ? "" : " at its first"),
                  "a pixel of mask 0 (flags: docs/files.md)"});
   }
   return out;
