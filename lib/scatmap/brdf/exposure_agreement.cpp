@@ -16,10 +16,7 @@ Light row_light_of(const ScaledCounts& a, const ScaledCounts& b, int row) {
   constexpr double kSigmas = 10;
   Light out;
   const auto variance = [row](const ScaledCounts& e, int c) {
-    const Counts& n = *e.counts;
-    const double noise = static_cast<double>(n.frame_floor(row, c)) + n.dark_floor(row, c) +
-                         std::max(0.0, n.rate_dn_per_s(row, c)) * n.shot(row, c);
-    return noise * e.factor * e.factor;
+    return e.counts->variance(row, c, e.counts->rate_dn_per_s(row, c)) * e.factor * e.factor;
   };
   for (int c = 0; c < a.counts->mask.columns(); ++c) {
     if (a.counts->mask(row, c) != 0 || b.counts->mask(row, c) != 0) continue;

@@ -25,8 +25,7 @@ PixelSum sum_over(const BrdfMap& map, const Region& r, Weight&& weight) {
   const char* const kind = is_pixel(r) ? "pixel" : "region";
   if (!(r.first_column >= 0 && r.first_row >= 0 && r.last_column >= r.first_column && r.last_row >= r.first_row &&
         r.last_column < columns && r.last_row < rows)) {
-    throw Error({kind, "is not inside the map", text_of(r),
-                 "within " + text_of({0, 0, columns - 1, rows - 1})});
+    throw Error({kind, "is not inside the map", text_of(r), "within " + text_of({0, 0, columns - 1, rows - 1})});
   }
   PixelSum out;
   for (int row = r.first_row; row <= r.last_row; ++row) {

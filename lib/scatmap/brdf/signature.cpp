@@ -53,10 +53,6 @@ std::optional<double> neighbour_mean(const Counts& c, int row, int column) {
   return sum / n;
 }
 
-double noise_at(const Counts& c, int row, int column, double rate) {
-  return c.frame_floor(row, column) + c.dark_floor(row, column) + std::max(0.0, rate) * c.shot(row, column);
-}
-
 // A hot pixel may saturate in any frame; anything else that saturates is light.
 void refuse_saturation(const Counts& c) {
   std::vector<Mask> of_row(static_cast<std::size_t>(c.mask.rows()));
@@ -113,7 +109,7 @@ Circle brightest(const Counts& c) {
   int column = 0;
   while (column + 1 < columns && !(sums.mean(static_cast<std::size_t>(column)) >= *highest)) ++column;
   constexpr double kStandsOut = 20;
-  if (!(*highest > kStandsOut * std::sqrt(noise_at(c, row, column, 0) / 9)))
+  if (!(*highest > kStandsOut * std::sqrt(c.variance(row, column, 0) / 9)))
     throw Error({"signature", "shows no beam: its brightest spot does not stand out of the noise", {}, {}});
   return {static_cast<double>(column), static_cast<double>(row), 3};
 }
@@ -133,7 +129,7 @@ Ring background(const Counts& c, const Circle& circle) {
   for_each_inside(c, outer, [&](int r, int k) {
     if (!good(c, r, k) || is_inside(circle, r, k)) return;
     values.push_back(c.rate_dn_per_s(r, k));
-    noise += noise_at(c, r, k, 0);
+    noise += c.variance(r, k, 0);
   });
   if (values.size() < 20) throw Error({"signature", "leaves no room for a background ring around the beam", {}, {}});
   noise = std::sqrt(noise / static_cast<double>(values.size()));
@@ -210,7 +206,7 @@ Signature measure_signature(const Counts& c, std::optional<double> radius_px) {
     const double net = rate - ring.level;
     out.rate_dn_per_s += net;
     square += net * net;
-    variance += noise_at(c, r, k, rate);
+    variance += c.variance(r, k, rate);
     pixels += 1;
   });
   variance += pixels * pixels * ring.u_level * ring.u_level;

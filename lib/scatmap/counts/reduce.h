@@ -22,6 +22,12 @@ struct Counts {
   double exposure_s = 0;
   std::size_t saturated_pixels = 0;
   std::size_t rejected_values = 0;  ///< single values rejected as outliers among the frames
+
+  /// Variance of a pixel at some rate, the dark's included; none is less than that of no light.
+  double variance(int row, int column, double rate) const {
+    return static_cast<double>(frame_floor(row, column)) + static_cast<double>(dark_floor(row, column)) +
+           (rate > 0 ? rate : 0) * static_cast<double>(shot(row, column));
+  }
 };
 
 /// With three frames or more a value this far from the median of the frames is rejected (cosmic hit); with two, the
