@@ -22,8 +22,8 @@ double median_of(std::vector<double>& v) {
 // Strides that share no factor with usual widths, so that a sample is no column.
 constexpr std::size_t kSample = 100003;
 
-template <class T>
-double median_level(const Grid<T>& values) {
+template <class Values>
+double median_level(const Values& values) {
   std::vector<double> sample;
   const std::size_t stride = std::max<std::size_t>(1, values.size() / kSample);
   for (std::size_t i = 0; i < values.size(); i += stride) {
@@ -33,7 +33,7 @@ double median_level(const Grid<T>& values) {
 }
 
 // Standard deviation of a pixel from the differences of neighbours: blind to slow changes of the background.
-double neighbour_scatter(const Grid<float>& dn) {
+double neighbour_scatter(const RawCounts& dn) {
   std::vector<double> differences;
   const std::size_t stride = std::max<std::size_t>(1, dn.size() / kSample);
   for (std::size_t i = 0; i + 1 < dn.size(); i += stride) {

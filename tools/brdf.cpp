@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstdio>
+#include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -156,6 +157,8 @@ void run(const Options& o, const Invocation& invocation) {
   BrdfResult result = brdf_from_frames(measurement, progress_bar("brdf"),
                                        o.no_overlap ? FilterValues::kNominal : FilterValues::kByOverlap, method_of(o));
   result.map.provenance = {invocation.command_line, "scatmap " + version(), inputs};
+  // While the file system is waited for.
+  std::future<MapSummary> summary = std::async(std::launch::async, [&] { return summarise(result.map); });
   for (const std::string& target : o.output.targets) {
     if (extension_of(target) == ".exr") {
       write_map_exr(result.map, target, o.output.overwrite());
@@ -166,7 +169,7 @@ void run(const Options& o, const Invocation& invocation) {
   }
   if (o.method == "fused" && result.map.method == "exact")
     std::fprintf(stderr, "note: method exact was used: fused is for %s\n", what_fused_lacks(measurement));
-  const MapSummary s = summarise(result.map);
+  const MapSummary s = summary.get();
   o.output.json ? print_json(result, s) : print_text(result, s);
 }
 

@@ -19,14 +19,14 @@ struct RealFrame {
 };
 
 Frame with_level(Frame f, float level_dn) {
-  for (float& v : f.dn) v += level_dn;
+  for (float& v : f.dn.floats()) v += level_dn;
   return f;
 }
 
 Frame with_noise(Frame f, double sigma_dn, unsigned seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal(0, sigma_dn);
-  for (float& v : f.dn) v += static_cast<float>(normal(random));
+  for (float& v : f.dn.floats()) v += static_cast<float>(normal(random));
   return f;
 }
 

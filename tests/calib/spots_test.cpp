@@ -181,7 +181,7 @@ TEST(Spots, PixelsThatAreNoNumbersAreLeftOut) {
     frame.dn(row, column) = std::nanf("");
   const Spot s = found_in(frame, camera).spots.at(0);
   EXPECT_LE(deviation2(s, truth), kRare);
-  for (float& v : frame.dn) v = std::nanf("");
+  for (float& v : frame.dn.floats()) v = std::nanf("");
   EXPECT_THROW(found_in(frame, camera), Error);
 }
 

@@ -147,7 +147,7 @@ TEST(Reduce, LinearityPolynomialUndoesACompressionOfFramesAndDarksAlike) {
   s.linearity = {1e-6, 2e-12, 5e-18};
   Made m = make(Grid<double>(40, 40, 60000.0), 4, 10);
   for (Frame& f : m.frames) {
-    for (float& v : f.dn) v = static_cast<float>(300 + (v - 300) * (1 - 1e-6 * (v - 300)));
+    for (float& v : f.dn.floats()) v = static_cast<float>(300 + (v - 300) * (1 - 1e-6 * (v - 300)));
   }
   const Counts raw = reduce(m.frames, m.dark, kSensor, {}, 1.0), corrected = reduce(m.frames, m.dark, s, {}, 1.0);
   const double truth = 60000 / 1.5;

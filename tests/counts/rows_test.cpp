@@ -46,7 +46,7 @@ std::vector<Frame> spoilt_frames(int count, int rows, int columns, std::mt19937_
     e[i] = std::pow(10, static_cast<double>(i % 60) / 10);  // to 1e6: saturated
   auto frames = test::made_frames(count, e, 4, kSensor, rng);
   for (Frame& f : frames) {
-    for (float& v : f.dn) {
+    for (float& v : f.dn.floats()) {
       if (rng() % 40 == 0) v = v + 0.5f * static_cast<float>(rng() % 800);  // around the limit
     }
   }
@@ -101,7 +101,7 @@ TEST(Rows, DarksAgreeWithTheSumWrittenOut) {
   for (const int count : {1, 2, 3, 4, 8}) {
     auto darks = test::made_frames(count, Grid<double>(41, 733, 0.0), 30, kSensor, rng);
     for (Frame& f : darks) {
-      for (float& v : f.dn) {
+      for (float& v : f.dn.floats()) {
         if (rng() % 50 == 0) v = v + static_cast<float>(rng() % 120);
       }
     }

@@ -27,7 +27,7 @@ void expect_summary(const Frame& frame, const Summary& expected) {
   EXPECT_EQ(*std::min_element(dn.begin(), dn.end()), expected.least);
   const auto most = std::max_element(dn.begin(), dn.end());
   EXPECT_EQ(*most, expected.most);
-  EXPECT_EQ(most - dn.begin(), expected.first_most);
+  EXPECT_EQ(std::distance(dn.begin(), most), expected.first_most);
   EXPECT_EQ(dn(0, 0), expected.top_left);
   EXPECT_EQ(dn(0, dn.columns() - 1), expected.top_right);
   EXPECT_EQ(dn(dn.rows() - 1, 0), expected.bottom_left);

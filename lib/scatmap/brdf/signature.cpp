@@ -26,13 +26,13 @@ bool is_inside(const Circle& circle, int row, int column) {
 }
 
 template <class Visit>
-void for_each_inside(const Counts& c, const Circle& circle, Visit&& visit) {
+void for_each_inside(const Counts& c, const Circle& circle, int stride, Visit&& visit) {
   const int r0 = std::max(0, static_cast<int>(std::floor(circle.row - circle.radius)));
   const int r1 = std::min(c.mask.rows() - 1, static_cast<int>(std::ceil(circle.row + circle.radius)));
   const int c0 = std::max(0, static_cast<int>(std::floor(circle.column - circle.radius)));
   const int c1 = std::min(c.mask.columns() - 1, static_cast<int>(std::ceil(circle.column + circle.radius)));
-  for (int r = r0; r <= r1; ++r) {
-    for (int k = c0; k <= c1; ++k) {
+  for (int r = r0; r <= r1; r += stride) {
+    for (int k = c0; k <= c1; k += stride) {
       if (is_inside(circle, r, k)) visit(r, k);
     }
   }
@@ -120,13 +120,15 @@ struct Ring {
 };
 
 // Clipped mean in the ring around the aperture; what else is in the frame (another spot) is clipped away.
-Ring background(const Counts& c, const Circle& circle) {
+// @param most  pixels, spread over the ring
+Ring background(const Counts& c, const Circle& circle, double most) {
   const Circle outer{circle.column, circle.row, background_radius_px(circle.radius)};
   std::vector<double, HugePageAllocator<double>> values;  // a large ring has millions
-  const double side = 2 * outer.radius + 3;
-  values.reserve(static_cast<std::size_t>(std::min(side * side, static_cast<double>(c.mask.size()))));
+  const double area = std::min(4 * outer.radius * outer.radius, static_cast<double>(c.mask.size()));
+  const int stride = static_cast<int>(std::max(1.0, std::sqrt(area / most)));
+  values.reserve(static_cast<std::size_t>(std::min(area, most)) + 64);
   double noise = 0;
-  for_each_inside(c, outer, [&](int r, int k) {
+  for_each_inside(c, outer, stride, [&](int r, int k) {
     if (!good(c, r, k) || is_inside(circle, r, k)) return;
     values.push_back(c.rate_dn_per_s(r, k));
     noise += c.variance(r, k, 0);
@@ -149,7 +151,7 @@ Ring background(const Counts& c, const Circle& circle) {
 // Centroid and aperture from first and second moments inside the present aperture, background removed.
 Circle moments(const Counts& c, const Circle& circle, double level) {
   double sum = 0, x = 0, y = 0, xx = 0, yy = 0;
-  for_each_inside(c, circle, [&](int r, int k) {
+  for_each_inside(c, circle, 1, [&](int r, int k) {
     if (!good(c, r, k)) return;
     const double v = c.rate_dn_per_s(r, k) - level, dx = k - circle.column, dy = r - circle.row;
     sum += v;
@@ -169,7 +171,8 @@ Circle find_aperture(const Counts& c, std::optional<double> radius_px) {
   Circle circle = brightest(c);
   if (radius_px) circle.radius = *radius_px;
   for (int i = 0; i < 60; ++i) {
-    const Circle next = moments(c, circle, background(c, circle).level);
+    constexpr double kEnough = 1e5;  // while the aperture is looked for
+    const Circle next = moments(c, circle, background(c, circle, kEnough).level);
     const double change =
         std::abs(next.radius - circle.radius) + std::hypot(next.column - circle.column, next.row - circle.row);
     // Grown by at most a half at a time, so that a neighbour spot is not swallowed before the beam has been measured.
@@ -190,10 +193,10 @@ Signature measure_signature(const Counts& c, std::optional<double> radius_px) {
                  "an aperture of radius " + number_text(std::round(circle.radius)) + " px",
                  "the whole beam on the detector"});
   }
-  const Ring ring = background(c, circle);
+  const Ring ring = background(c, circle, HUGE_VAL);
   Signature out{0, 0, circle.column, circle.row, circle.radius, ring.level, 0, 0};
   double variance = 0, square = 0, pixels = 0;
-  for_each_inside(c, circle, [&](int r, int k) {
+  for_each_inside(c, circle, 1, [&](int r, int k) {
     double rate = c.rate_dn_per_s(r, k);
     if (!good(c, r, k)) {
       const auto mean = neighbour_mean(c, r, k);

@@ -121,12 +121,14 @@ void combine_rows(std::span<const Frame> darks, double floor, const SensorModel&
   for_row_ranges(level.rows(), [&](int first_row, int last_row) {
     std::vector<double> values(darks.size());
     std::vector<const float*> raw(darks.size());
+    std::vector<float, HugePageAllocator<float>> buffer(darks.size() * kStrip);
     const auto sums = std::make_unique_for_overwrite<StripSums<double>>();
     for (int row = first_row; row < last_row; ++row) {
       std::fill_n(count.row(row).data(), level.columns(), static_cast<float>(darks.size()));
       for (int c = 0; c < level.columns(); c += kStrip) {
         const int pixels = std::min(kStrip, level.columns() - c);
-        for (std::size_t i = 0; i < darks.size(); ++i) raw[i] = &darks[i].dn(row, c);
+        for (std::size_t i = 0; i < darks.size(); ++i)
+          raw[i] = darks[i].dn.part(row, c, pixels, buffer.data() + i * kStrip);
         sum_darks(raw, pixels, sensor, *sums);
         if (!dark_strip(*sums, k, pixels, &level(row, c), &sample_variance(row, c))) continue;
         for (int i = 0; i < pixels; ++i) {

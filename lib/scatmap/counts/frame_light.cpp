@@ -9,10 +9,17 @@
 
 namespace scatmap {
 
-FrameLight frame_light(const Grid<float>& dn) {
-  const int rows = dn.rows(), columns = dn.columns();
+namespace {
+
+// @param row_of  (row, buffer) to the row's values, which may stand in the buffer
+template <class RowOf>
+FrameLight light_of(int rows, int columns, const RowOf& row_of) {
   std::vector<RowLight> of_row(static_cast<std::size_t>(rows));
-  for_each_row(rows, [&](int r) { of_row[static_cast<std::size_t>(r)] = row_light(dn.row(r).data(), columns); });
+  for_row_ranges(rows, [&](int first, int last) {
+    std::vector<float> buffer(static_cast<std::size_t>(columns));
+    for (int r = first; r < last; ++r)
+      of_row[static_cast<std::size_t>(r)] = row_light(row_of(r, buffer.data()), columns);
+  });
   FrameLight out;
   float largest = -std::numeric_limits<float>::infinity();
   for (const RowLight& row : of_row) {
@@ -21,12 +28,23 @@ FrameLight frame_light(const Grid<float>& dn) {
   }
   if (!(largest > -std::numeric_limits<float>::infinity())) return out;
   out.largest_dn = largest;
+  std::vector<float> buffer(static_cast<std::size_t>(columns));
   for (int r = 0; r < rows; ++r) {
     if (of_row[static_cast<std::size_t>(r)].largest < largest) continue;
-    const auto row = dn.row(r);
-    out.at_largest += static_cast<std::size_t>(std::count(row.begin(), row.end(), largest));
+    const float* row = row_of(r, buffer.data());
+    out.at_largest += static_cast<std::size_t>(std::count(row, row + columns, largest));
   }
   return out;
+}
+
+}  // namespace
+
+FrameLight frame_light(const Grid<float>& dn) {
+  return light_of(dn.rows(), dn.columns(), [&](int r, float*) { return dn.row(r).data(); });
+}
+
+FrameLight frame_light(const RawCounts& dn) {
+  return light_of(dn.rows(), dn.columns(), [&](int r, float* buffer) { return dn.part(r, 0, dn.columns(), buffer); });
 }
 
 }  // namespace scatmap

@@ -2,6 +2,7 @@
 #include <cstddef>
 
 #include "scatmap/base/grid.h"
+#include "scatmap/frame/raw_counts.h"
 
 namespace scatmap {
 
@@ -14,5 +15,6 @@ struct FrameLight {
 
 /// One pass over the pixels, by rows: the same at any number of threads.
 FrameLight frame_light(const Grid<float>& dn);
+FrameLight frame_light(const RawCounts& dn);
 
 }  // namespace scatmap

@@ -33,7 +33,7 @@ Temporal temporal(std::span<const Frame> frames) {
   }
   double pairs = 0;
   for (std::size_t k = 0; k + 1 < frames.size(); k += 2) {
-    const Grid<float>&a = frames[k].dn, &b = frames[k + 1].dn;
+    const RawCounts &a = frames[k].dn, &b = frames[k + 1].dn;
     double sum = 0, square = 0;
     const double n = static_cast<double>(a.size());
     for (std::size_t i = 0; i < a.size(); ++i) {

@@ -116,11 +116,13 @@ typename RowReducer<T>::Found RowReducer<T>::columns(int row, int first, int las
                           pair * kFrameOutlierSigmas * kFrameOutlierSigmas};
   scratch.values.resize(frames_.size());
   scratch.raw.resize(frames_.size());
+  scratch.buffer.resize(frames_.size() * kStrip);
   StripSums<T>& sums = *scratch.sums;
   Found found{0, false};
   for (int c = first; c < last; c += kStrip) {
     const int pixels = std::min(kStrip, last - c), at = c - first;
-    for (std::size_t i = 0; i < frames_.size(); ++i) scratch.raw[i] = &frames_[i].dn(row, c);
+    for (std::size_t i = 0; i < frames_.size(); ++i)
+      scratch.raw[i] = frames_[i].dn.part(row, c, pixels, scratch.buffer.data() + i * kStrip);
     sum_frames(scratch.raw, &dark_.level_dn(row, c), pixels, sensor_, sums);
     const StripInputs in{&dark_.single_variance_dn2(row, c), &dark_.level_variance_dn2(row, c), &dark_.mask(row, c),
                          response_.bad.empty() ? nullptr : &response_.bad(row, c),
@@ -151,7 +153,7 @@ void prefetch_part(const Grid<T>& plane, int row, int first, int last) {
 
 template <class T>
 void RowReducer<T>::prefetch(int row, int first, int last) const {
-  for (const Frame& frame : frames_) prefetch_part(frame.dn, row, first, last);
+  for (const Frame& frame : frames_) frame.dn.prefetch(row, first, last);
   prefetch_part(dark_.level_dn, row, first, last);
   prefetch_part(dark_.single_variance_dn2, row, first, last);
   prefetch_part(dark_.level_variance_dn2, row, first, last);

@@ -58,6 +58,7 @@ class RowReducer {
   struct Scratch {
     std::unique_ptr<StripSums<T>> sums = std::make_unique_for_overwrite<StripSums<T>>();
     std::vector<const float*> raw{};
+    std::vector<float, HugePageAllocator<float>> buffer{};  ///< a strip of each frame
     std::vector<double> values{};
   };
   struct Found {

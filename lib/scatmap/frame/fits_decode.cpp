@@ -23,4 +23,15 @@ SCATMAP_CLONES void decode_words(const unsigned char* bytes, float zero_dn, long
   }
 }
 
+SCATMAP_CLONES void decode_unsigned_words(const unsigned char* bytes, long long pixels, std::uint16_t* dn) {
+  SCATMAP_INDEPENDENT
+  for (long long i = 0; i < pixels; ++i) {
+    std::uint16_t word;
+    std::memcpy(&word, bytes + 2 * i, sizeof word);
+    if constexpr (std::endian::native == std::endian::little)
+      word = static_cast<std::uint16_t>((word << 8) | (word >> 8));
+    dn[i] = static_cast<std::uint16_t>(word ^ 0x8000U);
+  }
+}
+
 }  // namespace scatmap

@@ -41,32 +41,44 @@ class ReadOnlyFile {
   int descriptor_;
 };
 
-}  // namespace
-
-void read_fits_pixels(const std::filesystem::path& path, const FitsHdu& image, float zero_dn, std::span<float> dn,
-                      InputHash* hash) {
+// Calls decode(bytes, first, pixels) for blocks of an image.
+template <class Decode>
+void read_blocks(const std::filesystem::path& path, const FitsHdu& image, std::size_t pixels, InputHash* hash,
+                 Decode&& decode) {
   // Small enough for the second-level cache: summed and decoded before it leaves it. Even, so no pixel is torn.
   constexpr std::size_t kBlock = std::size_t{1} << 18;
   const ReadOnlyFile file(path);
   std::vector<unsigned char> block(kBlock);
   const long long size = image.bitpix / 8, begin = image.data_offset,
-                  end = begin + size * static_cast<long long>(dn.size());
+                  end = begin + size * static_cast<long long>(pixels);
   long long at = 0;
   while (hash != nullptr || at < end) {
     const std::size_t filled = file.read_block(block);
     if (hash != nullptr) hash->add({block.data(), filled});
     const long long first = std::max(at, begin),
                     last = std::min(at + static_cast<long long>(filled), end) / size * size;
-    if (first < last) {
-      const unsigned char* from = block.data() + (first - at);
-      float* to = dn.data() + (first - begin) / size;
-      size == 1 ? decode_bytes(from, zero_dn, last - first, to)
-                : decode_words(from, zero_dn, (last - first) / size, to);
-    }
+    if (first < last) decode(block.data() + (first - at), (first - begin) / size, (last - first) / size);
     at += static_cast<long long>(filled);
     if (filled < block.size()) break;
   }
   if (at < end) throw Error({image.header.where(), "was cut short while it was read", "", ""});
+}
+
+}  // namespace
+
+void read_fits_pixels(const std::filesystem::path& path, const FitsHdu& image, float zero_dn, std::span<float> dn,
+                      InputHash* hash) {
+  read_blocks(path, image, dn.size(), hash, [&](const unsigned char* from, long long first, long long pixels) {
+    image.bitpix == 8 ? decode_bytes(from, zero_dn, pixels, dn.data() + first)
+                      : decode_words(from, zero_dn, pixels, dn.data() + first);
+  });
+}
+
+void read_fits_pixels(const std::filesystem::path& path, const FitsHdu& image, std::span<std::uint16_t> dn,
+                      InputHash* hash) {
+  read_blocks(path, image, dn.size(), hash, [&](const unsigned char* from, long long first, long long pixels) {
+    decode_unsigned_words(from, pixels, dn.data() + first);
+  });
 }
 
 }  // namespace scatmap

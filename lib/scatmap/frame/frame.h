@@ -4,8 +4,8 @@
 #include <string>
 
 #include "scatmap/base/file_state.h"
-#include "scatmap/base/grid.h"
 #include "scatmap/base/provenance.h"
+#include "scatmap/frame/raw_counts.h"
 
 namespace scatmap {
 
@@ -25,7 +25,7 @@ struct FrameHeader {
 
 /// One raw frame: counts as stored, first pixel stored at (0, 0), no flip applied.
 struct Frame {
-  Grid<float> dn;         ///< rows × columns, DN. Exact: integers beyond 2^24 are refused.
+  RawCounts dn;           ///< rows × columns, DN. Exact: integers beyond 2^24 are refused.
   double quantum_dn = 1;  ///< step between neighbouring values; 0 for floating-point files
   std::filesystem::path file;
   FrameHeader header;

@@ -205,17 +205,6 @@ void read_by_cfitsio(const std::filesystem::path& path, const FitsHdu& image, co
   }
 }
 
-// @param hash of the file's bytes; nullptr: not wanted. @return whether it has been filled
-bool read_pixels_of(const std::filesystem::path& path, const FitsHdu& image, const PixelScale& scale, Grid<float>& dn,
-                    InputHash* hash) {
-  if (is_plain_integer(image, scale)) {
-    read_fits_pixels(path, image, static_cast<float>(scale.zero_dn), {dn.data(), dn.size()}, hash);
-    return true;
-  }
-  read_by_cfitsio(path, image, scale, dn);
-  return false;
-}
-
 struct ReadFrame {
   Frame frame;
   bool hashed;
@@ -230,9 +219,24 @@ ReadFrame read(const std::filesystem::path& path, InputHash* hash) {
   const bool primary = image.header.hdu() == 1;
   Frame frame{.dn = {}, .quantum_dn = image.bitpix > 0 ? std::abs(scale.step_dn) : 0, .file = path, .header = {}};
   frame.header = primary ? fits_frame_header(image.header) : fits_frame_header(image.header, hdus.front().header);
-  frame.dn = Grid<float>(static_cast<int>(image.axes[1]), static_cast<int>(image.axes[0]));
-  const bool hashed = read_pixels_of(path, image, scale, frame.dn, hash);
-  return {std::move(frame), hashed};
+  const int rows = static_cast<int>(image.axes[1]), columns = static_cast<int>(image.axes[0]);
+  constexpr double kUnsignedZero = 32768;
+  if (!is_plain_integer(image, scale)) {
+    Grid<float> dn(rows, columns);
+    read_by_cfitsio(path, image, scale, dn);
+    frame.dn = std::move(dn);
+    return {std::move(frame), false};
+  }
+  if (image.bitpix == 16 && scale.zero_dn == kUnsignedZero) {
+    Grid<std::uint16_t> dn(rows, columns);
+    read_fits_pixels(path, image, {dn.data(), dn.size()}, hash);
+    frame.dn = std::move(dn);
+  } else {
+    Grid<float> dn(rows, columns);
+    read_fits_pixels(path, image, static_cast<float>(scale.zero_dn), {dn.data(), dn.size()}, hash);
+    frame.dn = std::move(dn);
+  }
+  return {std::move(frame), true};
 }
 
 }  // namespace

@@ -134,12 +134,9 @@ Frame read_pgm(const std::filesystem::path& path) {
   if (!stream.in) throw Error({stream.file, "cannot be opened for reading", "", ""});
   stream.bytes = static_cast<long long>(std::filesystem::file_size(path));
   const PgmHeader header = read_header(stream);
-  Frame frame{.dn = header.text ? read_text(stream, header) : read_binary(stream, header),
-              .quantum_dn = 1,
-              .file = path,
-              .header = {}};
-  check_values(frame.dn, header.maxval, stream.file);
-  return frame;
+  Grid<float> dn = header.text ? read_text(stream, header) : read_binary(stream, header);
+  check_values(dn, header.maxval, stream.file);
+  return {.dn = std::move(dn), .quantum_dn = 1, .file = path, .header = {}};
 }
 
 }  // namespace scatmap

@@ -97,12 +97,9 @@ Frame read_png(const std::filesystem::path& path) {
   const std::size_t row_bytes = std::size_t{columns} * static_cast<std::size_t>(bytes_per_sample);
   std::vector<unsigned char> pixels(row_bytes * rows);
   if (!read_rows(f, pixels.data(), row_bytes, rows)) fail(f, name);
-  Frame frame{.dn = Grid<float>(static_cast<int>(rows), static_cast<int>(columns)),
-              .quantum_dn = 1,
-              .file = path,
-              .header = {}};
-  unpack_samples(pixels.data(), bytes_per_sample, {frame.dn.data(), frame.dn.size()});
-  return frame;
+  Grid<float> dn(static_cast<int>(rows), static_cast<int>(columns));
+  unpack_samples(pixels.data(), bytes_per_sample, {dn.data(), dn.size()});
+  return {.dn = std::move(dn), .quantum_dn = 1, .file = path, .header = {}};
 }
 
 }  // namespace scatmap

@@ -182,18 +182,15 @@ Frame read_tiff(const std::filesystem::path& path) {
   const auto rows_per_strip =
       std::min(rows, std::max(1U, field<std::uint32_t>(tiff, TIFFTAG_ROWSPERSTRIP).value_or(rows)));
   const auto bits = short_field(tiff, TIFFTAG_BITSPERSAMPLE, 1);
-  Frame frame{.dn = Grid<float>(static_cast<int>(rows), static_cast<int>(columns)),
-              .quantum_dn = bits == 32 ? 0.0 : 1.0,
-              .file = path,
-              .header = {}};
+  Grid<float> dn(static_cast<int>(rows), static_cast<int>(columns));
   if (bits == 8) {
-    read_strips<std::uint8_t>(tiff, frame.dn, rows_per_strip, file, message);
+    read_strips<std::uint8_t>(tiff, dn, rows_per_strip, file, message);
   } else if (bits == 16) {
-    read_strips<std::uint16_t>(tiff, frame.dn, rows_per_strip, file, message);
+    read_strips<std::uint16_t>(tiff, dn, rows_per_strip, file, message);
   } else {
-    read_strips<float>(tiff, frame.dn, rows_per_strip, file, message);
+    read_strips<float>(tiff, dn, rows_per_strip, file, message);
   }
-  return frame;
+  return {.dn = std::move(dn), .quantum_dn = bits == 32 ? 0.0 : 1.0, .file = path, .header = {}};
 }
 
 }  // namespace scatmap
