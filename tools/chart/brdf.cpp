@@ -46,19 +46,18 @@ FusedPlanes<double> exact_chain(const BrdfScene& s, bool with_pose) {
 }
 
 // As array packages compute it: each step makes a new image of doubles; the noise is that of the pixel's own count.
-FusedPlanes<double> naive_passes(const BrdfScene& s) {
+FusedPlanes<double> naive_passes(const BrdfScene& s, const Grid<float>& dn) {
   const int rows = s.dark.mask.rows(), columns = s.dark.mask.columns();
   const auto image = [&](auto&& value) {
     Grid<double> out(rows, columns);
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = value(i);
     return out;
   };
-  const Frame& frame = s.frames.front();
   const double read2 = s.sensor.read_noise_dn() * s.sensor.read_noise_dn();
   const Grid<double> deviation = image([&](std::size_t i) {
-    return std::sqrt(std::max(0.0, frame.dn[i] - s.sensor.bias_dn) / s.sensor.gain_e_per_dn + read2);
+    return std::sqrt(std::max(0.0, dn[i] - s.sensor.bias_dn) / s.sensor.gain_e_per_dn + read2);
   });
-  const Grid<double> net = image([&](std::size_t i) { return static_cast<double>(frame.dn[i]) - s.dark.level_dn[i]; });
+  const Grid<double> net = image([&](std::size_t i) { return static_cast<double>(dn[i]) - s.dark.level_dn[i]; });
   const Grid<double> net_deviation =
       image([&](std::size_t i) { return std::sqrt(deviation[i] * deviation[i] + s.dark.level_variance_dn2[i]); });
   const Grid<double> rate = image([&](std::size_t i) { return net[i] / s.exposure_s; });
@@ -74,7 +73,7 @@ FusedPlanes<double> naive_passes(const BrdfScene& s) {
                           {}};
   for (std::size_t i = 0; i < out.mask.size(); ++i) {
     out.u_random_per_sr[i] = static_cast<float>(u_rate[i] * s.factor / projected[i]);
-    out.mask[i] = frame.dn[i] >= s.sensor.saturation_dn ? kSaturated : s.dark.mask[i];
+    out.mask[i] = dn[i] >= s.sensor.saturation_dn ? kSaturated : s.dark.mask[i];
   }
   return out;
 }
@@ -171,8 +170,10 @@ void add_rows(const BrdfScene& s, double seconds, Chart& chart) {
           kFusedBrdfMaxError);
     }
   }
+  RawCounts counts = s.frames.front().dn;
+  const Grid<float>& dn = counts.floats();
   rows.add(
-      "naive passes", 1, [&] { return naive_passes(s); }, {}, true);
+      "naive passes", 1, [&] { return naive_passes(s, dn); }, {}, true);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ double expected_e(double x, double y) {  // x, y: −1 to 1 across the frame
 }
 
 Frame made_frame(int rows, int columns, const SensorModel& s, bool dark, std::uint64_t number) {
-  Frame f{Grid<float>(rows, columns), 1, "made in memory", {}};
+  Grid<std::uint16_t> dn(rows, columns);  // as cameras give them
   for_each_row(rows, [&](int r) {
     for (int c = 0; c < columns; ++c) {
       const auto i =
@@ -42,10 +42,10 @@ Frame made_frame(int rows, int columns, const SensorModel& s, bool dark, std::ui
       const double signal_e = dark ? 0 : expected_e(2.0 * c / columns - 1, 2.0 * r / rows - 1);
       const double mean_e = signal_e + (hot ? 2e4 : 4);
       const double e = mean_e + noise(i * 64 + number) * std::sqrt(mean_e + s.read_noise_e * s.read_noise_e);
-      f.dn(r, c) = static_cast<float>(std::clamp(std::round(s.bias_dn + e / s.gain_e_per_dn), 0.0, 65535.0));
+      dn(r, c) = static_cast<std::uint16_t>(std::clamp(std::round(s.bias_dn + e / s.gain_e_per_dn), 0.0, 65535.0));
     }
   });
-  return f;
+  return {std::move(dn), 1, "made in memory", {}};
 }
 
 // The paper's 17 geometry parameters as a calibration might leave them.
