@@ -271,6 +271,25 @@ TEST(Fused, SameBytesForAnyNumberOfThreads) {
   EXPECT_TRUE(same(one.mask, two.mask));
 }
 
+TEST(Fused, SameBytesFromSixteenBitFrames) {
+  Scene wide = scene(130, 700, 3, 650);
+  Scene narrow = wide;
+  for (std::size_t k = 0; k < wide.frames.size(); ++k) {
+    Grid<std::uint16_t> counts(130, 700);
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      const float v = std::as_const(wide.frames[k]).dn[i];
+      counts[i] = static_cast<std::uint16_t>(v > 0 ? std::min(std::round(v), 65535.0f) : 0);
+      wide.frames[k].dn[i] = static_cast<float>(counts[i]);
+    }
+    narrow.frames[k].dn = std::move(counts);
+  }
+  const FusedPlanes<float> a = fused(wide), b = fused(narrow);
+  ASSERT_EQ(a.brdf_per_sr.size(), b.brdf_per_sr.size());
+  EXPECT_EQ(std::memcmp(a.brdf_per_sr.data(), b.brdf_per_sr.data(), a.brdf_per_sr.size() * sizeof(float)), 0);
+  EXPECT_EQ(std::memcmp(a.u_total_per_sr.data(), b.u_total_per_sr.data(), a.u_total_per_sr.size() * sizeof(float)), 0);
+  EXPECT_EQ(std::memcmp(a.mask.data(), b.mask.data(), a.mask.size() * sizeof(Mask)), 0);
+}
+
 // What float cannot hold is no number, and says so.
 TEST(Fused, QuotientsThatOverflowAreMasked) {
   const Scene s = scene(60, 80, 2, 700);
