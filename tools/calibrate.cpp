@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include <nlohmann/json.hpp>
 
@@ -35,6 +36,20 @@ struct Options {
   OutputOptions output;
 };
 
+CLI::ValidationError second_thing(const char* option, const std::string& text) {
+  return CLI::ValidationError(option, "'" + text + "' says a second thing about a parameter");
+}
+
+void require_one_choice_each(const calib::ParameterChoices& choices) {
+  std::set<std::string> seen;
+  const auto take = [&](const char* option, const std::string& name) {
+    if (!seen.insert(name).second) throw second_thing(option, name);
+  };
+  for (const std::string& name : choices.free) take("--free", name);
+  for (const std::string& name : choices.fix) take("--fix", name);
+  for (const auto& [name, sigma] : choices.prior_sigma) take("--prior", name);
+}
+
 void read_prior(const std::string& text, calib::ParameterChoices& choices) {
   const auto equals = text.find('=');
   double sigma = 0;
@@ -42,7 +57,7 @@ void read_prior(const std::string& text, calib::ParameterChoices& choices) {
     const auto [end, error] = std::from_chars(text.data() + equals + 1, text.data() + text.size(), sigma);
     if (error == std::errc() && end == text.data() + text.size()) {
       if (choices.prior_sigma.emplace(text.substr(0, equals), sigma).second) return;
-      throw CLI::ValidationError("--prior", "'" + text + "' says a second thing about a parameter");
+      throw second_thing("--prior", text);
     }
   }
   throw CLI::ValidationError("--prior", "'" + text + "' is not NAME=SIGMA, for example beam.offset_mm.0=0.1");
@@ -128,6 +143,7 @@ void run(Options o, const Invocation& invocation) {
   o.output.check();
   check_picture(o);
   for (const std::string& p : o.priors) read_prior(p, o.calibrate.choices);
+  require_one_choice_each(o.calibrate.choices);
   o.calibrate.select = !o.fit_all;
   const Instrument nominal = read_instrument(o.instrument);
   note_odd_size(o.instrument, nominal);

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
@@ -55,6 +56,18 @@ std::string exported(const Options& o, const std::string& extension, const Invoc
   throw e.detail().where.starts_with(o.input) ? e : with_context(o.input, e);
 }
 
+// A detector of as many pixels, but another one: the same file's size would say nothing.
+void note_other_pitch(const Instrument& of_file, const Instrument& like, const Options& o) {
+  constexpr double kSame = 0.01;
+  const Geometry<double>&a = of_file.geometry, &b = like.geometry;
+  if (std::abs(a.pixel_column - b.pixel_column) <= kSame * b.pixel_column &&
+      std::abs(a.pixel_row - b.pixel_row) <= kSame * b.pixel_row)
+    return;
+  std::fprintf(stderr, "note: %s says pixels of %g um x %g um, %s %g um x %g um: the first is kept; one detector?\n",
+               o.input.c_str(), a.pixel_column / kMetrePerUm, a.pixel_row / kMetrePerUm, o.instrument.c_str(),
+               b.pixel_column / kMetrePerUm, b.pixel_row / kMetrePerUm);
+}
+
 std::string imported(const Options& o, const Invocation& invocation) {
   if (o.instrument.empty())
     throw Error({o.input, "holds the detector only", {}, "--instrument with arm, stage, beam and sample"});
@@ -65,6 +78,7 @@ std::string imported(const Options& o, const Invocation& invocation) {
   try {
     const Instrument out = calib::instrument_from_poni(poni, like, o.pose());
     sample_view(out, o.pose());
+    note_other_pitch(out, like, o);
     if (like.calibration)
       std::fprintf(stderr, "note: the calibration in %s is left out: it describes another detector\n",
                    o.instrument.c_str());

@@ -196,6 +196,16 @@ inline std::vector<BadInput> bad_frames() {
        all({copy(dark, "bad.fits"), card("bad.fits", "NAXIS1", "32"), with("bad_pixels = \"bad.fits\"")}),
        1,
        {"bad.fits", "32 x 64"}},
+      {"bad pixels: every pixel",
+       run,
+       all({copy(sample, "bad.fits"), with("bad_pixels = \"bad.fits\"")}),
+       1,
+       {"bad.fits", "every pixel"}},
+      {"frame: data that its sum does not fit",
+       run,
+       card(sample, "DATASUM", "'12345'"),
+       1,
+       {sample, "DATASUM", "is not the sum of the data"}},
   };
 }
 

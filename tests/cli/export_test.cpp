@@ -2,6 +2,8 @@
 // prove that mrcal (tests/calib/export_cameramodel_test.cpp) or pyFAI read the files.
 #include <gtest/gtest.h>
 
+#include <regex>
+
 #include "calib/instrument_from_poni.h"
 #include "cli/lab.h"
 #include "scatmap/angles/angle_map.h"
@@ -40,6 +42,17 @@ TEST_F(Export, PoniThereAndBackIsTheSameDetector) {
   for (const GeometryKey& key : geometry_keys())
     EXPECT_NEAR(b.geometry.*key.member, a.geometry.*key.member, 1e-14) << key.name;
   EXPECT_NE(lab_.read("back.toml").find("# input: out.poni sha256 "), std::string::npos);
+  EXPECT_EQ(back.err, "");
+}
+
+TEST_F(Export, PoniOfOtherPixelsIsToldOf) {
+  ASSERT_EQ(run({"export", "instrument.toml", "-o", "out.poni"}).status, 0);
+  lab_.write("like.toml", std::regex_replace(lab_.read("instrument.toml"), std::regex("pitch_um = [^\n]*"),
+                                             "pitch_um = [9.0, 9.0]"));
+  const ToolRun back = run({"export", "out.poni", "--instrument", "like.toml", "-o", "back.toml"});
+  ASSERT_EQ(back.status, 0) << back.err;
+  EXPECT_NE(back.err.find("note: out.poni says pixels of "), std::string::npos) << back.err;
+  EXPECT_NE(back.err.find("like.toml 9 um x 9 um"), std::string::npos) << back.err;
 }
 
 TEST_F(Export, CameramodelIsTheSameDetector) {

@@ -72,6 +72,20 @@ TEST(FrameRefusal, ThingsThatAreNotFiles) {
   EXPECT_NE(refusal("/dev/zero").find("is not a regular file"), std::string::npos);
 }
 
+// The sum of two bytes and zeros by hand: one word, 0x05060000.
+TEST(FrameRefusal, FitsDataThatAreNotAsTheyWereSummed) {
+  const Path path = scratch_folder() / "frame.fits";
+  const auto said = [&](const std::string& sum) {
+    write_bytes(path, fits_with({{"DATASUM", sum}}));
+    return refusal(path);
+  };
+  EXPECT_EQ(said("'84279296'"), "");
+  EXPECT_EQ(said("'  84279296'"), "");  // as CFITSIO fills it
+  EXPECT_EQ(said("'        '"), "");    // not known
+  EXPECT_NE(said("'84279297'").find("(DATASUM): is not the sum of the data"), std::string::npos) << said("'84279297'");
+  EXPECT_NE(said("'many'").find("(DATASUM): is not the sum of the data"), std::string::npos);
+}
+
 TEST(FrameRefusal, FitsStructure) {
   const std::string good = fits_with({});
   ASSERT_EQ(good.size(), 5760U);

@@ -59,6 +59,13 @@ std::vector<RecordedFrame> read_in_parallel(const std::vector<std::filesystem::p
   return out;
 }
 
+Grid<Mask> read_bad_pixels(const std::filesystem::path& path, const Instrument& in) {
+  if (path.extension() == ".csv") return read_bad_pixel_list(path, in.rows, in.columns);
+  const Frame bad = read_frame(path);
+  require_detector_size(bad.dn.rows(), bad.dn.columns(), bad.file.string(), in);
+  return bad_pixels_from_frame(bad);
+}
+
 }  // namespace
 
 FrameSource::FrameSource(const Measurement& measurement)
@@ -72,13 +79,9 @@ FrameSource::FrameSource(const Measurement& measurement)
     note_flat(flat);
   }
   if (!measurement.bad_pixels) return;
-  if (measurement.bad_pixels->extension() == ".csv") {
-    response_.bad = read_bad_pixel_list(*measurement.bad_pixels, in.rows, in.columns);
-    return;
-  }
-  const Frame bad = read_frame(*measurement.bad_pixels);
-  require_detector_size(bad.dn.rows(), bad.dn.columns(), bad.file.string(), in);
-  response_.bad = bad_pixels_from_frame(bad);
+  response_.bad = read_bad_pixels(*measurement.bad_pixels, in);
+  if (std::count(response_.bad.begin(), response_.bad.end(), Mask{0}) == 0)
+    throw Error({measurement.bad_pixels->string(), "marks every pixel of the detector as bad", {}, {}});
 }
 
 void FrameSource::note_flat(const Frame& flat) {

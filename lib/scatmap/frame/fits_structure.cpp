@@ -168,6 +168,7 @@ FitsHdu checked_hdu(FitsHeader&& header, long long file_bytes) {
               .image = false,
               .bitpix = 0,
               .axes = {},
+              .offset = 0,
               .data_bytes = 0,
               .data_offset = 0};
   const FitsHeader& h = hdu.header;
@@ -193,7 +194,7 @@ FitsHdu checked_hdu(FitsHeader&& header, long long file_bytes) {
 }
 
 void skip_data(FitsStream& stream, const FitsHdu& hdu) {
-  const long long padded = (hdu.data_bytes + kFitsBlockBytes - 1) / kFitsBlockBytes * kFitsBlockBytes;
+  const long long padded = hdu.padded_bytes();
   const long long present = stream.bytes - stream.at;
   if (present < padded) {
     throw Error({hdu.header.where(), "is truncated", std::to_string(std::max(present, 0LL)) + " bytes of data",
@@ -218,7 +219,9 @@ std::vector<FitsHdu> check_fits_structure(const std::filesystem::path& path) {
   stream.bytes = static_cast<long long>(std::filesystem::file_size(path));
   std::vector<FitsHdu> hdus;
   do {
+    const long long offset = stream.at;
     hdus.push_back(checked_hdu(read_header(stream, static_cast<int>(hdus.size()) + 1), stream.bytes));
+    hdus.back().offset = offset;
     hdus.back().data_offset = stream.at;
     skip_data(stream, hdus.back());
   } while (at_extension(stream));

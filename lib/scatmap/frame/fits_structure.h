@@ -24,8 +24,11 @@ struct FitsHdu {
   bool image = false;           ///< primary or IMAGE extension, with at least one pixel
   int bitpix = 0;               ///< 8, 16, 32, -32 or -64
   std::vector<long long> axes;  ///< NAXIS1, NAXIS2, …
+  long long offset = 0;         ///< of the header's first byte in the file
   long long data_bytes = 0;     ///< without the padding
   long long data_offset = 0;    ///< of the data's first byte in the file
+
+  long long padded_bytes() const { return (data_bytes + kFitsBlockBytes - 1) / kFitsBlockBytes * kFitsBlockBytes; }
 };
 
 /// Walks a FITS file from header to header and holds its layout to the FITS standard (4.0, sections 3 and 4.4) before

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "scatmap/base/error.h"
+#include "scatmap/frame/fits_checksum.h"
 #include "scatmap/frame/fits_frame_header.h"
 #include "scatmap/frame/fits_pixels.h"
 #include "scatmap/frame/fits_structure.h"
@@ -215,6 +216,7 @@ ReadFrame read(const std::filesystem::path& path, InputHash* hash) {
   refuse_maps(hdus);
   const FitsHdu& image = the_image(hdus, path.string());
   check_is_plane(image, path.string());
+  require_fits_data_sum(path, image);
   const PixelScale scale = pixel_scale(image);
   const bool primary = image.header.hdu() == 1;
   Frame frame{.dn = {}, .quantum_dn = image.bitpix > 0 ? std::abs(scale.step_dn) : 0, .file = path, .header = {}};

@@ -9,6 +9,7 @@
 #include "scatmap/base/grid.h"
 #include "scatmap/base/mask.h"
 #include "scatmap/base/output_file.h"
+#include "scatmap/frame/fits_structure.h"
 
 namespace scatmap {
 
@@ -68,7 +69,8 @@ class FitsWriter {
   std::unique_ptr<State> state_;
 };
 
-/// A FITS file being read back. @throws Error naming file and HDU
+/// A FITS file being read back; each HDU that is used is held to its DATASUM and CHECKSUM.
+/// @throws Error naming file and HDU
 class FitsReader {
  public:
   explicit FitsReader(const std::filesystem::path& path);
@@ -101,7 +103,9 @@ class FitsReader {
   FileState state_;
   struct Handle;
   std::unique_ptr<Handle> fits_;
+  std::vector<FitsHdu> hdus_;
   std::vector<std::string> names_;
+  std::vector<bool> summed_;  // held to its sums
 };
 
 }  // namespace scatmap

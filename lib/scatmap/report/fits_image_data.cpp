@@ -10,8 +10,8 @@
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/parallel.h"
+#include "scatmap/frame/fits_sum.h"
 #include "scatmap/report/fits_bytes.h"
-#include "scatmap/report/fits_sum.h"
 
 namespace scatmap {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "scatmap/base/error.h"
-#include "scatmap/frame/fits_structure.h"
+#include "scatmap/frame/fits_checksum.h"
 #include "scatmap/frame/frame.h"
 #include "scatmap/report/fits_file.h"
 
@@ -33,7 +33,9 @@ FitsReader::FitsReader(const std::filesystem::path& path) : path_(path), fits_(s
   if (std::filesystem::is_regular_file(path)) refuse_exr(path);
   require_fits_file(path);
   state_ = file_state(path);
-  for (const FitsHdu& hdu : check_fits_structure(path)) names_.push_back(hdu.header.text("EXTNAME").value_or(hdu.name));
+  hdus_ = check_fits_structure(path);
+  for (const FitsHdu& hdu : hdus_) names_.push_back(hdu.header.text("EXTNAME").value_or(hdu.name));
+  summed_.resize(hdus_.size());
   // Absolute: CFITSIO drops leading blanks and expands a leading tilde, even of files on disk.
   check(fits_open_diskfile(&fits_->file, std::filesystem::absolute(path).c_str(), READONLY, &fits_->status), "open it");
 }
@@ -61,8 +63,10 @@ void FitsReader::select(const std::string& hdu_name) {
   const auto found = std::find(names_.begin(), names_.end(), hdu_name);
   if (found == names_.end())
     throw Error({path_.string(), "has no HDU " + hdu_name, {}, "a BRDF map as scatmap writes it"});
-  check(fits_movabs_hdu(fits_->file, static_cast<int>(found - names_.begin()) + 1, nullptr, &fits_->status),
-        "go to HDU " + hdu_name);
+  const auto index = static_cast<std::size_t>(found - names_.begin());
+  if (!summed_[index]) require_fits_sums(path_, hdus_[index]);
+  summed_[index] = true;
+  check(fits_movabs_hdu(fits_->file, static_cast<int>(index) + 1, nullptr, &fits_->status), "go to HDU " + hdu_name);
 }
 
 template <class T>

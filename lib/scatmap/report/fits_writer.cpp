@@ -5,9 +5,9 @@
 #include <new>
 
 #include "scatmap/base/error.h"
+#include "scatmap/frame/fits_sum.h"
 #include "scatmap/report/fits_file.h"
 #include "scatmap/report/fits_image_data.h"
-#include "scatmap/report/fits_sum.h"
 
 namespace scatmap {
 namespace {

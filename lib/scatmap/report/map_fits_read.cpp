@@ -25,6 +25,26 @@ void require_same_lens(FitsReader& fits, const std::string& file, const std::str
                in.lens_cameramodel->string(), "the file with sha256 " + sha256.value_or("(not stated)")});
 }
 
+// Numbers that follow from others in the file: whoever changed one alone expects it to count.
+void require_derived(double stated, double derived, const std::string& where, const std::string& from) {
+  constexpr double kSame = 1e-9;  // relative, and in degrees
+  if (std::abs(stated - derived) <= kSame * (1 + std::abs(derived))) return;
+  throw Error({where, "does not follow from " + from, number_text(stated), number_text(derived)});
+}
+
+void require_possible_incidence(FitsReader& fits, const std::string& file, const std::string& primary,
+                                const MapView& view) {
+  const auto theta_i_rad = [&] {
+    try {
+      return incidence_angle(sample_view(view.instrument, view.pose));
+    } catch (const Error& e) {
+      throw with_context(file, e);
+    }
+  }();
+  if (const auto theta_i_deg = fits.number_key(primary, "THETAI"))
+    require_derived(*theta_i_deg, theta_i_rad * kDegPerRad, file + ": THETAI", "STAGERAD and the instrument");
+}
+
 MapView read_view(FitsReader& fits, const std::string& file) {
   const std::string primary = fits.names().empty() ? "" : fits.names().front();
   if ((primary != "BRDF" && primary != "THETA_S_DEG") || !fits.has("INSTRUMENT")) {
@@ -39,11 +59,7 @@ MapView read_view(FitsReader& fits, const std::string& file) {
   view.wavelength_m = fits.number_key(primary, "WAVELEN").value_or(0) * kMetrePerNm;
   if (primary == "BRDF" && !(view.wavelength_m > 0))
     throw Error({file + ": WAVELEN", "is no wavelength", {}, "a number > 0, nm"});
-  try {
-    sample_view(view.instrument, view.pose);
-  } catch (const Error& e) {
-    throw with_context(file, e);
-  }
+  require_possible_incidence(fits, file, primary, view);
   return view;
 }
 
@@ -131,6 +147,27 @@ void require_numbers(const BrdfMap& map, const Grid<T>& image, T least, const st
   }
 }
 
+void require_derived_uncertainty(const BrdfMap& map, const Grid<float>& stated, const std::string& where) {
+  const Grid<float> derived = per_pixel_uncertainty(map);
+  constexpr float kSame = 1e-4f;  // roundings of its parts
+  for (std::size_t i = 0; i < derived.size(); ++i) {
+    if (map.mask[i] != 0 || std::abs(stated[i] - derived[i]) <= kSame * derived[i]) continue;
+    const auto columns = static_cast<std::size_t>(derived.columns());
+    throw Error({where + ", column " + std::to_string(i % columns) + ", row " + std::to_string(i / columns),
+                 "is not the norm of the images U_...", number_text(static_cast<double>(stated[i])),
+                 number_text(static_cast<double>(derived[i]))});
+  }
+}
+
+void require_derived_numbers(FitsReader& fits, const std::string& file, const BrdfMap& map) {
+  if (const auto scale = fits.number_key("BRDF", "USCALE"))
+    require_derived(*scale, map.scale.standard(), file + ": USCALE", "the table COMMON");
+  if (map.u_random_per_sr.empty() || !fits.has("UNCERT")) return;
+  const Grid<float> stated = fits.image_float("UNCERT");
+  require_shape(map, stated.rows(), stated.columns(), file, "UNCERT");
+  require_derived_uncertainty(map, stated, file + ": UNCERT");
+}
+
 }  // namespace
 
 MapView read_map_view(const std::filesystem::path& path) {
@@ -167,6 +204,7 @@ BrdfMap read_map_fits(const std::filesystem::path& path) {
   require_numbers(map, map.u_random_per_sr, 0.f, file + ": U_RANDOM", "a finite number >= 0");
   require_numbers(map, map.u_pose_per_sr, 0.f, file + ": U_POSE", "a finite number >= 0");
   map.scale = read_scale(fits, file);
+  require_derived_numbers(fits, file, map);
   fits.require_unchanged();
   map.angles = angle_map(map.instrument, map.pose);
   return map;

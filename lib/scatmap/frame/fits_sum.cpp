@@ -1,6 +1,7 @@
-#include "scatmap/report/fits_sum.h"
+#include "scatmap/frame/fits_sum.h"
 
 #include <bit>
+#include <cstring>
 
 #include "scatmap/base/simd.h"
 
@@ -42,10 +43,14 @@ SCATMAP_CLONES std::uint32_t fits_sum_of_masks(std::span<const Mask> pixels) {
   return folded((static_cast<std::uint64_t>(folded(first)) << 16) + folded(second));
 }
 
-std::uint32_t fits_sum_of_bytes(std::span<const char> bytes) {
+SCATMAP_CLONES std::uint32_t fits_sum_of_bytes(std::span<const char> bytes) {
   std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < bytes.size(); ++i)
-    sum += std::uint64_t{static_cast<unsigned char>(bytes[i])} << (24 - 8 * (i % 4));
+  for (std::size_t i = 0; i < bytes.size() / 4; ++i) {
+    std::uint32_t word;
+    std::memcpy(&word, bytes.data() + 4 * i, sizeof word);
+    if constexpr (std::endian::native == std::endian::little) word = __builtin_bswap32(word);
+    sum += word;
+  }
   return folded(sum);
 }
 
