@@ -56,7 +56,7 @@ class Band {
         out_(out),
         rows_(out.mask.rows()),
         columns_(out.mask.columns()),
-        streamed_(bytes(out) >= kStreamedBytes) {}
+        streamed_(bytes(out) >= kStreamedBytes / 4) {}  // the inputs are as large again
 
   void run(int index) {
     first_ = index * kFusedBand;
