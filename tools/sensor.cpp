@@ -104,7 +104,8 @@ void print_json(const PhotonTransfer& p) {
                      {"prnu", estimate(p.prnu)},
                      {"chi_squared", p.chi_squared}};
   out["saturation_dn"] = p.saturation_dn ? nlohmann::json(*p.saturation_dn) : nlohmann::json(nullptr);
-  if (p.dark_current_e_per_s) out["dark_current_e_per_s"] = estimate(*p.dark_current_e_per_s);
+  out["dark_current_e_per_s"] = estimate(p.dark_current_e_per_s);
+  out["left_out_pixels"] = p.left_out_pixels;
   if (p.linearity_error) out["linearity_error"] = estimate(*p.linearity_error);
   if (p.largest_deviation) out["largest_deviation"] = *p.largest_deviation;
   out["linearity"] = p.linearity;
@@ -131,8 +132,7 @@ void print_text(const PhotonTransfer& p) {
   std::printf("gain K          %.5g DN/e, u %.2g (%.5g e/DN); chi-squared %.2f\n", p.gain_dn_per_e.value,
               p.gain_dn_per_e.u, gain, p.chi_squared);
   std::printf("dark noise      %.3f e, u %.2g\n", p.dark_noise_e.value, p.dark_noise_e.u);
-  if (p.dark_current_e_per_s)
-    std::printf("dark current    %.4g e/s, u %.2g\n", p.dark_current_e_per_s->value, p.dark_current_e_per_s->u);
+  std::printf("dark current    %.4g e/s, u %.2g\n", p.dark_current_e_per_s.value, p.dark_current_e_per_s.u);
   std::printf("bias            %.2f DN, u %.2g\n", p.bias_dn.value, p.bias_dn.u);
   if (p.saturation_dn) std::printf("saturation      %.1f DN\n", *p.saturation_dn);
   if (!p.saturation_dn) std::printf("saturation      not reached: the variance still grows at the longest exposure\n");
@@ -169,6 +169,9 @@ void run(const Options& o, const Invocation& invocation) {
                   o.output.overwrite());
   o.output.json ? print_json(p) : print_text(p);
   std::fflush(stdout);
+  if (p.left_out_pixels > 0)
+    std::fprintf(stderr, "note: %zu defective pixels are left out: their darks stand far off at any exposure\n",
+                 p.left_out_pixels);
   if (!(p.chi_squared <= kDoubtfulChiSquared))
     std::fprintf(stderr, "note: chi-squared %.1f where 1 is expected: some flat is not what its header says\n",
                  p.chi_squared);

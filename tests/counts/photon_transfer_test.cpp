@@ -65,7 +65,7 @@ TEST(PhotonTransfer, EveryNumberAndItsSigma) {
     noise.push_back(
         (last.dark_noise_e.value - std::sqrt(test::kSensor.read_noise_e * test::kSensor.read_noise_e + 53)) /
         last.dark_noise_e.u);
-    current.push_back((last.dark_current_e_per_s->value - kDark_e_per_s) / last.dark_current_e_per_s->u);
+    current.push_back((last.dark_current_e_per_s.value - kDark_e_per_s) / last.dark_current_e_per_s.u);
     dsnu.push_back((last.dsnu_e.value - kDsnu_e) / last.dsnu_e.u);
     prnu.push_back((last.prnu.value - kPrnu) / last.prnu.u);
   }
@@ -192,14 +192,13 @@ TEST(PhotonTransfer, AStraightSensorNeedsNoCoefficients) {
   EXPECT_GE(none, 18);
 }
 
-// The user's word on saturation rules over the converter's ceiling, unless the flats refute it.
+// The user's word on saturation rules, unless the flats refute it.
 TEST(PhotonTransfer, StatedSaturationRules) {
   const auto m = simulated(0, 3, {0.6, 2, 4, 6, 7, 12, 14});
-  for (const double stated : {50000.0, 70000.0}) {
-    const PhotonTransfer p = photon_transfer(m.levels(), 65535.0, stated);
-    ASSERT_TRUE(p.saturation_dn.has_value());
-    EXPECT_EQ(*p.saturation_dn, stated);
-  }
+  const PhotonTransfer p = photon_transfer(m.levels(), 65535.0, 50000.0);
+  ASSERT_TRUE(p.saturation_dn.has_value());
+  EXPECT_EQ(*p.saturation_dn, 50000);
+  EXPECT_THROW(photon_transfer(m.levels(), 65535.0, 70000.0), Error);
   EXPECT_NE(*photon_transfer(m.levels(), 50000.0).saturation_dn, 50000);
   EXPECT_THROW(photon_transfer(m.levels(), std::nullopt, 500.0), Error);
 }
@@ -210,6 +209,50 @@ TEST(PhotonTransfer, SaturationIsNotNeedlesslyLow) {
   ASSERT_TRUE(p.saturation_dn.has_value());
   const double noise = std::sqrt(65235 / 1.5);
   EXPECT_NEAR(*p.saturation_dn, 65535 - kCeilingSigmas * noise, 0.1 * kCeilingSigmas * noise);
+}
+
+// A stuck column and hits of single frames shifted bias, noise and gain by many of their u.
+TEST(PhotonTransfer, DefectsAndHitsChangeNothing) {
+  const Made plain = made(kLadder, 21);
+  Made spoilt = plain;
+  std::mt19937_64 rng(5);
+  for (auto* frames : {&spoilt.flats, &spoilt.darks}) {
+    for (std::vector<Frame>& level : *frames) {
+      for (Frame& f : level) {
+        for (int row = 0; row < kSide; ++row) f.dn(row, 7) = 65535;
+        for (int hit = 0; hit < 3; ++hit) f.dn[rng() % f.dn.size()] += 2000;
+      }
+    }
+  }
+  const PhotonTransfer a = photon_transfer(plain.levels(), 65535.0), b = photon_transfer(spoilt.levels(), 65535.0);
+  EXPECT_EQ(a.left_out_pixels, 0u);
+  EXPECT_GE(b.left_out_pixels, static_cast<std::size_t>(kSide));
+  EXPECT_LE(b.left_out_pixels, static_cast<std::size_t>(kSide) + 12);  // hits in the darks that tell
+  const auto same = [](const Estimate& x, const Estimate& y) { return std::abs(x.value - y.value) <= y.u; };
+  EXPECT_TRUE(same(a.bias_dn, b.bias_dn)) << a.bias_dn.value << " " << b.bias_dn.value << " " << b.bias_dn.u;
+  EXPECT_TRUE(same(a.dark_noise_e, b.dark_noise_e)) << a.dark_noise_e.value << " " << b.dark_noise_e.value;
+  EXPECT_TRUE(same(a.gain_dn_per_e, b.gain_dn_per_e)) << a.gain_dn_per_e.value << " " << b.gain_dn_per_e.value;
+  EXPECT_EQ(a.nonlinearity_left.has_value(), b.nonlinearity_left.has_value());
+}
+
+TEST(PhotonTransfer, ExchangedExposuresAreRefused) {
+  Made m = made({1, 2, 4, 6}, 22);
+  std::swap(m.flats[1], m.flats[2]);
+  try {
+    photon_transfer(m.levels(), 65535.0);
+    FAIL() << "accepted";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("flats: of 4 s are darker than those of 2 s"), std::string::npos) << e.what();
+  }
+}
+
+// Two exposure times give the bias, not the shortest dark.
+TEST(PhotonTransfer, TwoExposuresTellTheBias) {
+  const Made m = made({2, 8}, 23);
+  const PhotonTransfer p = photon_transfer(m.levels(), 65535.0);
+  const double truth = test::kSensor.bias_dn + 50 / test::kSensor.gain_e_per_dn;
+  EXPECT_NEAR(p.bias_dn.value, truth, 4 * p.bias_dn.u + 0.3);  // the pattern's own mean
+  EXPECT_NEAR(p.dark_current_e_per_s.value, kDark_e_per_s, 4 * p.dark_current_e_per_s.u);
 }
 
 TEST(PhotonTransfer, RefusesWhatItCannotUse) {

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "scatmap/base/error.h"
@@ -18,33 +19,85 @@ constexpr double kGainRange = 0.7;                       // EMVA 1288, 6.6: of s
 constexpr double kLinearLow = 0.05, kLinearHigh = 0.95;  // 6.7
 constexpr double kQuantisation = 1.0 / 12;
 constexpr double kOutlierSigmas = 6;
+constexpr double kHitSigmas = 7;  // of a pair's differences: noise goes so far once in 4e11
+
+double median_of(std::vector<double> v) {
+  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  return *middle;
+}
+
+using Use = std::vector<bool>;  // pixel by pixel
 
 struct Temporal {
   double mean = 0, variance = 0, values = 0;  // values: independent differences behind the variance
 };
 
-// Pairs of successive frames: the spatial pattern cancels in the difference, its mean is drift of the light.
-Temporal temporal(std::span<const Frame> frames) {
+struct Pair {
+  double mean = 0, variance = 0, values = 0;
+};
+
+// Differences further off than `limit` from `centre` are hits of one of the frames: the other is what counts.
+Pair pair_within(const RawCounts& a, const RawCounts& b, const Use& use, double centre, double limit) {
+  double sum = 0, square = 0, both = 0, n = 0, pixels = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double x = a[i], y = b[i], d = x - y;
+    if (!use[i] || std::isnan(d)) continue;
+    const bool hit = std::abs(d - centre) > limit;
+    pixels += 1;
+    both += hit ? 2 * std::min(x, y) : x + y;
+    if (hit) continue;
+    sum += d;
+    square += (d - centre) * (d - centre);
+    n += 1;
+  }
+  const double off = sum / n - centre;
+  return {both / pixels / 2, (square - n * off * off) / (n - 1) / 2, n};
+}
+
+// The spatial pattern cancels in the difference of two frames, its mean is drift of the light.
+Pair pair_of(const RawCounts& a, const RawCounts& b, const Use& use) {
+  std::vector<double> differences;
+  differences.reserve(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (use[i]) differences.push_back(static_cast<double>(a[i]) - b[i]);
+  }
+  const double centre = median_of(differences);
+  Pair pair = pair_within(a, b, use, centre, std::numeric_limits<double>::infinity());
+  for (double before = 0; pair.values != before;) {
+    before = pair.values;
+    pair = pair_within(a, b, use, centre, kHitSigmas * std::sqrt(2 * pair.variance) + 0.5);
+  }
+  return pair;
+}
+
+double mean_of(const RawCounts& dn, const Use& use) {
+  double sum = 0, n = 0;
+  for (std::size_t i = 0; i < dn.size(); ++i) {
+    if (!use[i]) continue;
+    sum += dn[i];
+    n += 1;
+  }
+  return sum / n;
+}
+
+// Pairs of successive frames.
+Temporal temporal(std::span<const Frame> frames, const Use& use) {
   Temporal out;
-  for (const Frame& f : frames) {
-    double sum = 0;
-    for (const float v : f.dn) sum += v;
-    out.mean += sum / static_cast<double>(f.dn.size()) / static_cast<double>(frames.size());
-  }
-  double pairs = 0;
+  double pairs = 0, count = 0;
   for (std::size_t k = 0; k + 1 < frames.size(); k += 2) {
-    const RawCounts &a = frames[k].dn, &b = frames[k + 1].dn;
-    double sum = 0, square = 0;
-    const double n = static_cast<double>(a.size());
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      const double d = static_cast<double>(a[i]) - b[i];
-      sum += d;
-      square += d * d;
-    }
-    out.variance += (square - sum * sum / n) / (n - 1) / 2;
-    out.values += n - 1;
+    const Pair pair = pair_of(frames[k].dn, frames[k + 1].dn, use);
+    out.mean += 2 * pair.mean;
+    out.variance += pair.variance;
+    out.values += pair.values - 1;
     pairs += 1;
+    count += 2;
   }
+  if (frames.size() % 2 == 1) {
+    out.mean += mean_of(frames.back().dn, use);
+    count += 1;
+  }
+  out.mean /= count;
   out.variance /= pairs;
   return out;
 }
@@ -93,12 +146,6 @@ Line fit_line(std::span<const double> x, std::span<const double> y, std::span<co
   return out;
 }
 
-double median_of(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
-
 // The largest variance that is followed by a smaller one.
 std::optional<double> variance_peak(const std::vector<TransferPoint>& points) {
   const auto top = std::max_element(points.begin(), points.end(),
@@ -129,7 +176,12 @@ std::optional<double> saturation_of(const PhotonTransfer& p, std::span<const Tra
   return std::max(*peak, *ceiling - kCeilingSigmas * std::sqrt(variance));
 }
 
-void check_stated(const std::vector<TransferPoint>& points, double saturation_dn) {
+void check_stated(const std::vector<TransferPoint>& points, std::span<const TransferLevel> levels,
+                  double saturation_dn) {
+  const std::optional<double> ceiling = ceiling_of(levels.back().flats.front());
+  if (ceiling && variance_peak(points) && *ceiling < saturation_dn)
+    throw Error({"the stated saturation", "is above the value at which most of the brightest flat's pixels end",
+                 number_text(saturation_dn), "at most " + number_text(*ceiling) + " DN"});
   const auto reached =
       std::count_if(points.begin(), points.end(), [&](const TransferPoint& p) { return p.mean_dn >= saturation_dn; });
   if (2 * static_cast<std::size_t>(reached) <= points.size()) return;
@@ -138,13 +190,30 @@ void check_stated(const std::vector<TransferPoint>& points, double saturation_dn
                    " DN in the mean, and the converter's largest"});
 }
 
-void count_saturated(PhotonTransfer& out, std::span<const TransferLevel> levels, double saturation_dn) {
+// Levels in ascending order of exposure.
+void require_growth(const std::vector<TransferPoint>& points, double saturation_dn) {
+  constexpr double kNearly = 0.9;  // beyond, a full well may fall
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const TransferPoint &a = points[i - 1], &b = points[i];
+    if (b.mean_dn - b.dark_mean_dn > kNearly * (a.mean_dn - a.dark_mean_dn) || a.mean_dn > kNearly * saturation_dn)
+      continue;
+    throw Error({"flats",
+                 "of " + number_text(b.exposure_s) + " s are darker than those of " + number_text(a.exposure_s) +
+                     " s: are files or exposure times exchanged?",
+                 number_text(std::round(b.mean_dn - b.dark_mean_dn)) + " DN above their darks",
+                 "more than " + number_text(std::round(a.mean_dn - a.dark_mean_dn))});
+  }
+}
+
+void count_saturated(PhotonTransfer& out, std::span<const TransferLevel> levels, const Use& use, double saturation_dn) {
   for (std::size_t i = 0; i < levels.size(); ++i) {
     double values = 0, saturated = 0;
     for (const Frame& f : levels[i].flats) {
-      values += static_cast<double>(f.dn.size());
-      saturated += static_cast<double>(
-          std::count_if(f.dn.begin(), f.dn.end(), [&](float v) { return static_cast<double>(v) >= saturation_dn; }));
+      for (std::size_t k = 0; k < f.dn.size(); ++k) {
+        if (!use[k]) continue;
+        values += 1;
+        saturated += static_cast<double>(f.dn[k]) >= saturation_dn ? 1 : 0;
+      }
     }
     out.points[i].saturated = saturated / values;
   }
@@ -195,15 +264,13 @@ void fit_gain(PhotonTransfer& out, double saturation_dn) {
 }
 
 // Dark level against exposure time.
-std::optional<Line> fit_bias(PhotonTransfer& out, double pixels) {
+Line fit_bias(PhotonTransfer& out, double pixels) {
   std::vector<double> t, mean, u;
   for (const TransferPoint& p : out.points) {
     t.push_back(p.exposure_s);
     mean.push_back(p.dark_mean_dn);
     u.push_back(std::sqrt(p.dark_variance_dn2 / pixels));
   }
-  out.bias_dn = {mean.front(), u.front()};
-  if (t.size() < 3) return std::nullopt;
   Line line = fit_line(t, mean, u);
   // Clocks and temperature move the bias more than noise does.
   const double scatter = std::sqrt(std::max(1.0, line.chi_squared));
@@ -213,14 +280,13 @@ std::optional<Line> fit_bias(PhotonTransfer& out, double pixels) {
   return line;
 }
 
-void fit_dark(PhotonTransfer& out, const Temporal& shortest, const std::optional<Line>& bias) {
+void fit_dark(PhotonTransfer& out, const Temporal& shortest, const Line& bias) {
   const double k = out.gain_dn_per_e.value, relative_k = out.gain_dn_per_e.u / k;
   const double variance = std::max(0.0, shortest.variance - kQuantisation);
   const double sigma = std::sqrt(variance) / k;
   out.dark_noise_e = {sigma, std::hypot(sigma * relative_k, sigma > 0 ? u_variance(shortest) / (2 * sigma * k * k)
                                                                       : std::sqrt(kQuantisation) / k)};
-  if (!bias) return;
-  out.dark_current_e_per_s = {bias->slope.value / k, std::hypot(bias->slope.u / k, bias->slope.value / k * relative_k)};
+  out.dark_current_e_per_s = {bias.slope.value / k, std::hypot(bias.slope.u / k, bias.slope.value / k * relative_k)};
 }
 
 Grid<double> mean_frame(std::span<const Frame> frames) {
@@ -231,19 +297,28 @@ Grid<double> mean_frame(std::span<const Frame> frames) {
   return out;
 }
 
-// Which values stand within kOutlierSigmas robust standard deviations.
-std::vector<bool> ordinary(const Grid<double>& g) {
+// Which values stand within so many robust standard deviations; those of whole numbers are not below `least`.
+Use ordinary(const Grid<double>& g, double sigmas = kOutlierSigmas, double least = 0) {
   std::vector<double> values(g.begin(), g.end());
   const double median = median_of(values);
   for (double& v : values) v = std::abs(v - median);
-  const double limit = kOutlierSigmas * 1.4826 * median_of(values);
-  std::vector<bool> out(g.size());
+  const double limit = sigmas * std::max(least, 1.4826 * median_of(values));
+  Use out(g.size());
   for (std::size_t i = 0; i < g.size(); ++i) out[i] = std::abs(g[i] - median) <= limit;
   return out;
 }
 
+// Hot pixels end where others do, stuck ones do not.
+Grid<double> darks_at_no_exposure(const std::vector<TransferLevel>& levels) {
+  const double first_s = levels.front().exposure_s, last_s = levels.back().exposure_s;
+  Grid<double> out = mean_frame(levels.front().darks);
+  const Grid<double> last = mean_frame(levels.back().darks);
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] -= (last[i] - out[i]) * first_s / (last_s - first_s);
+  return out;
+}
+
 // Removes the least-squares quadratic surface: light is never quite uniform.
-void flatten(Grid<double>& g, const std::vector<bool>& use) {
+void flatten(Grid<double>& g, const Use& use) {
   using Terms = Eigen::Matrix<double, 6, 1>;
   const auto terms = [&](std::size_t i) {
     const auto columns = static_cast<std::size_t>(g.columns());
@@ -264,8 +339,7 @@ void flatten(Grid<double>& g, const std::vector<bool>& use) {
 }
 
 // Spatial variance without the temporal noise that is left in a mean of `frames`; u from the number of pixels.
-Estimate spatial_variance(const Grid<double>& g, const std::vector<bool>& use, double temporal_variance,
-                          double frames) {
+Estimate spatial_variance(const Grid<double>& g, const Use& use, double temporal_variance, double frames) {
   double sum = 0, square = 0, n = 0;
   for (std::size_t i = 0; i < g.size(); ++i) {
     if (!use[i]) continue;
@@ -298,7 +372,7 @@ void non_uniformity(PhotonTransfer& out, std::span<const TransferLevel> levels, 
     if (off(i) < off(half)) half = i;
   }
   Grid<double> flat = mean_frame(levels[half].flats);
-  const std::vector<bool> use = ordinary(flat);
+  const Use use = ordinary(flat);
   flatten(flat, use);
   const Estimate flat_variance =
       spatial_variance(flat, use, out.points[half].variance_dn2, static_cast<double>(levels[half].flats.size()));
@@ -331,32 +405,33 @@ void linearity(PhotonTransfer& out, double saturation_dn, double pixels) {
   out.largest_deviation = largest;
 }
 
-std::array<double, 4> moments_of(std::span<const Frame> frames, double bias_dn) {
+std::array<double, 4> moments_of(std::span<const Frame> frames, const Use& use, double bias_dn) {
   std::array<double, 4> sum{};
   double count = 0;
   for (const Frame& f : frames) {
-    for (const float v : f.dn) {
-      const double x = static_cast<double>(v) - bias_dn, x2 = x * x;
+    for (std::size_t i = 0; i < f.dn.size(); ++i) {
+      if (!use[i]) continue;
+      const double x = static_cast<double>(f.dn[i]) - bias_dn, x2 = x * x;
       sum[0] += x;
       sum[1] += x2;
       sum[2] += x2 * x;
       sum[3] += x2 * x2;
+      count += 1;
     }
-    count += static_cast<double>(f.dn.size());
   }
   for (double& s : sum) s /= count;
   return sum;
 }
 
-void correction(PhotonTransfer& out, std::span<const TransferLevel> levels, double saturation_dn) {
+void correction(PhotonTransfer& out, std::span<const TransferLevel> levels, const Use& use, double saturation_dn) {
   std::vector<LinearityPoint> points;
   const double range = saturation_dn - out.bias_dn.value;
   for (std::size_t i = 0; i < levels.size(); ++i) {
     const TransferPoint& p = out.points[i];
     const double signal = p.mean_dn - p.dark_mean_dn;
     if (signal < kLinearLow * range || signal > kLinearHigh * range || p.saturated > kMostSaturated) continue;
-    LinearityPoint point{p.exposure_s, moments_of(levels[i].flats, out.bias_dn.value), 0};
-    const std::array<double, 4> dark = moments_of(levels[i].darks, out.bias_dn.value);
+    LinearityPoint point{p.exposure_s, moments_of(levels[i].flats, use, out.bias_dn.value), 0};
+    const std::array<double, 4> dark = moments_of(levels[i].darks, use, out.bias_dn.value);
     for (std::size_t k = 0; k < dark.size(); ++k) point.moment[k] -= dark[k];
     const double values = static_cast<double>(levels[i].flats.size() * levels[i].flats.front().dn.size());
     point.u_relative = std::sqrt(p.variance_dn2 / values) / signal;
@@ -375,21 +450,24 @@ PhotonTransfer photon_transfer(std::span<const TransferLevel> given, std::option
   check(given);
   std::vector<TransferLevel> levels(given.begin(), given.end());
   std::sort(levels.begin(), levels.end(), [](const auto& a, const auto& b) { return a.exposure_s < b.exposure_s; });
+  const Use use = ordinary(darks_at_no_exposure(levels), kDefectSigmas, 1);
   PhotonTransfer out;
+  out.left_out_pixels = static_cast<std::size_t>(std::count(use.begin(), use.end(), false));
   for (const TransferLevel& l : levels) {
-    const Temporal flat = temporal(l.flats), dark = temporal(l.darks);
+    const Temporal flat = temporal(l.flats, use), dark = temporal(l.darks, use);
     out.points.push_back({l.exposure_s, flat.mean, flat.variance, dark.mean, dark.variance,
                           std::hypot(u_variance(flat), u_variance(dark)), 0, false});
   }
-  if (stated_saturation_dn) check_stated(out.points, *stated_saturation_dn);
+  if (stated_saturation_dn) check_stated(out.points, levels, *stated_saturation_dn);
   out.saturation_dn = stated_saturation_dn ? stated_saturation_dn : saturation_of(out, levels);
   const double saturation = out.saturation_dn.value_or(nominal_saturation_dn.value_or(out.points.back().mean_dn));
-  count_saturated(out, levels, saturation);
-  const double pixels = static_cast<double>(levels.front().flats.front().dn.size());
-  const std::optional<Line> bias = fit_bias(out, pixels);
-  correction(out, levels, saturation);
+  require_growth(out.points, saturation);
+  count_saturated(out, levels, use, saturation);
+  const auto pixels = static_cast<double>(use.size() - out.left_out_pixels);
+  const Line bias = fit_bias(out, pixels);
+  correction(out, levels, use, saturation);
   fit_gain(out, saturation);
-  fit_dark(out, temporal(levels.front().darks), bias);
+  fit_dark(out, temporal(levels.front().darks, use), bias);
   non_uniformity(out, levels, saturation);
   linearity(out, saturation, pixels);
   return out;

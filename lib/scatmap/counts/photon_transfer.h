@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
@@ -35,11 +36,12 @@ struct PhotonTransfer {
   Estimate gain_dn_per_e;  ///< K: slope of variance against mean, both above dark and linearised, up to 70 % of
                            ///< saturation
   Estimate dark_noise_e;   ///< sigma_d: temporal, without quantisation, at the shortest exposure
-  std::optional<double> saturation_dn;           ///< see photon_transfer; absent if the variance never fell
-  std::optional<Estimate> dark_current_e_per_s;  ///< from three or more exposure times
-  Estimate bias_dn;  ///< mean dark at no exposure (shortest exposure's with fewer than three times)
-  Estimate dsnu_e;   ///< DSNU1288: spatial standard deviation of the dark signal
-  Estimate prnu;     ///< PRNU1288: relative, at the level nearest half of saturation
+  std::optional<double> saturation_dn;  ///< see photon_transfer; absent if the variance never fell
+  Estimate dark_current_e_per_s;        ///< slope of the mean dark over exposure
+  Estimate bias_dn;                     ///< mean dark at no exposure: with two exposure times, u is noise alone
+  std::size_t left_out_pixels = 0;      ///< see kDefectSigmas
+  Estimate dsnu_e;                      ///< DSNU1288: spatial standard deviation of the dark signal
+  Estimate prnu;                        ///< PRNU1288: relative, at the level nearest half of saturation
   std::optional<Estimate>
       linearity_error;  ///< LE: mean relative deviation from the straight line, 5 to 95 % of saturation
   std::optional<double> largest_deviation;  ///< the largest of them
@@ -55,15 +57,20 @@ inline constexpr double kCeilingSigmas = 4;
 /// A level with more saturated values is left out of the linearity.
 inline constexpr double kMostSaturated = 1e-3;
 
-/// Characterises a sensor from its frames. Saturation is the converter's ceiling less kCeilingSigmas where flats reach
-/// it; else (a full well) the mean at which the variance is largest, as EMVA 1288 has it.  The slow variation of the
-/// light over the frame (a quadratic surface) is taken out of PRNU. Spatial numbers leave out pixels further than 6
-/// robust standard deviations from the median.
+/// Pixels whose dark at no exposure, from the shortest and the longest, is so many robust standard deviations (of 1 DN
+/// or more) off the median count nowhere: stuck columns would shift every level.
+inline constexpr double kDefectSigmas = 50;
+
+/// Characterises a sensor from its frames. Differences within a pair beyond 7 standard deviations are hits: they
+/// count in no variance, and the lower value for both in the mean. Saturation is the converter's ceiling less
+/// kCeilingSigmas where flats reach it; else (a full well) the mean at which the variance is largest, as EMVA 1288 has
+/// it.  The slow variation of the light over the frame (a quadratic surface) is taken out of PRNU. Spatial numbers
+/// leave out pixels further than 6 robust standard deviations from the median.
 /// @param nominal_saturation_dn used where the frames do not reach saturation
 /// @param stated_saturation_dn used whatever the frames show, and becomes the result's saturation_dn
-/// @throws Error for a stated saturation that most levels' flats reach in the mean, for fewer than two flats or darks
-/// at a level, fewer than two usable levels, frames of different shapes, or a
-///         variance that does not grow with the signal
+/// @throws Error for a stated saturation that most levels' flats reach in the mean, or beyond the converter's ceiling,
+/// for fewer than two flats or darks at a level, fewer than two usable levels, frames of different shapes, flats that
+/// do not grow with the exposure time, or a variance that does not grow with the signal
 PhotonTransfer photon_transfer(std::span<const TransferLevel> levels, std::optional<double> nominal_saturation_dn,
                                std::optional<double> stated_saturation_dn = std::nullopt);
 
