@@ -123,18 +123,37 @@ SettingTable SettingTable::read(const fs::path& path) {
   return out;
 }
 
-std::optional<SpotSetting> SettingTable::find(const fs::path& frame) const {
+const SettingTable::Line* SettingTable::line_of(const fs::path& frame) const {
   const fs::path wanted = resolved(frame);
   for (const bool whole : {true, false}) {
-    std::optional<SpotSetting> found;
+    const Line* found = nullptr;
     for (const Line& line : lines_) {
       if (whole ? line.file != wanted : line.file.filename() != wanted.filename()) continue;
-      if (found) throw Error({name_, "has more than one line for a frame", frame.string(), {}});
-      found = line.setting;
+      if (found != nullptr) throw Error({name_, "has more than one line for a frame", frame.string(), {}});
+      found = &line;
     }
-    if (found) return found;
+    if (found != nullptr) return found;
   }
-  return std::nullopt;
+  return nullptr;
+}
+
+std::optional<SpotSetting> SettingTable::find(const fs::path& frame) const {
+  const Line* line = line_of(frame);
+  return line == nullptr ? std::nullopt : std::optional(line->setting);
+}
+
+void SettingTable::require_one_frame_each(const std::vector<std::string>& frames) const {
+  std::map<const Line*, std::string> frame_of;
+  for (const std::string& frame : frames) {
+    const Line* line = line_of(frame);
+    if (line == nullptr) continue;
+    const auto [other, is_new] = frame_of.emplace(line, frame);
+    if (!is_new)
+      throw Error({name_,
+                   "has one line, by its file name, for " + other->second + " and " + frame,
+                   {},
+                   "the path of each, beside the table"});
+  }
 }
 
 SpotSetting combined(const SpotSetting& first, const SpotSetting& second) {

@@ -29,6 +29,8 @@ class SettingTable {
   /// The line of a frame: the same file, or else the only line with its file name. nullopt: none.
   /// @throws Error if several lines could be meant
   std::optional<SpotSetting> find(const std::filesystem::path& frame) const;
+  /// @throws Error if a line would tell, by its file name alone, of two of these frames
+  void require_one_frame_each(const std::vector<std::string>& frames) const;
   const std::string& name() const { return name_; }
 
  private:
@@ -36,6 +38,8 @@ class SettingTable {
     std::filesystem::path file;
     SpotSetting setting;
   };
+  const Line* line_of(const std::filesystem::path& frame) const;
+
   std::string name_;
   std::vector<Line> lines_;
 };

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -68,6 +69,22 @@ void note_other_pitch(const Instrument& of_file, const Instrument& like, const O
                b.pixel_column / kMetrePerUm, b.pixel_row / kMetrePerUm);
 }
 
+// Metres and millimetres, or the pose of another file.
+void note_other_distance(const Instrument& of_file, const Instrument& like, const Options& o) {
+  constexpr double kFar = 2, kAside = 0.25;
+  const Geometry<double>&a = of_file.geometry, &b = like.geometry;
+  const double ratio = a.distance / b.distance;
+  const double aside = std::hypot(a.offset_x - b.offset_x, a.offset_y - b.offset_y) / b.distance;
+  if (ratio < kFar && ratio > 1 / kFar && aside < kAside &&
+      std::max(std::abs(a.rotation_pitch - b.rotation_pitch), std::abs(a.rotation_yaw - b.rotation_yaw)) < kAside)
+    return;
+  std::fprintf(stderr,
+               "note: %s puts the detector at %g mm, offset by %g and %g mm; %s at %g mm, by %g and %g mm: units, and "
+               "this pose?\n",
+               o.input.c_str(), a.distance / kMetrePerMm, a.offset_x / kMetrePerMm, a.offset_y / kMetrePerMm,
+               o.instrument.c_str(), b.distance / kMetrePerMm, b.offset_x / kMetrePerMm, b.offset_y / kMetrePerMm);
+}
+
 std::string imported(const Options& o, const Invocation& invocation) {
   if (o.instrument.empty())
     throw Error({o.input, "holds the detector only", {}, "--instrument with arm, stage, beam and sample"});
@@ -79,6 +96,7 @@ std::string imported(const Options& o, const Invocation& invocation) {
     const Instrument out = calib::instrument_from_poni(poni, like, o.pose());
     sample_view(out, o.pose());
     note_other_pitch(out, like, o);
+    note_other_distance(out, like, o);
     if (like.calibration)
       std::fprintf(stderr, "note: the calibration in %s is left out: it describes another detector\n",
                    o.instrument.c_str());

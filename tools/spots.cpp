@@ -75,6 +75,14 @@ void check_exposure(const Frame& frame, const std::vector<Frame>& darks) {
   }
 }
 
+// A field of targets.csv.
+void check_mount(const std::optional<std::string>& mount) {
+  if (!mount) return;
+  const bool blank = mount->find_first_not_of(" \t") == std::string::npos;
+  if (blank || mount->find_first_of(",\"\n\r#") != std::string::npos)
+    throw CLI::ValidationError("--mount", "'" + *mount + "' is no name that a CSV file can hold");
+}
+
 calib::SpotSetting command_line_setting(const Options& o) {
   calib::SpotSetting s{{}, o.stage_deg, o.arm_deg, o.tilt_deg, o.mount};
   if (o.kind) s.kind = calib::parse_kind(*o.kind, "--kind");
@@ -262,6 +270,7 @@ std::vector<std::string> notes_on(const calib::SpotSetting& setting, const fs::p
 
 void run(const Options& o, const Invocation& invocation) {
   o.output.check();
+  check_mount(o.mount);
   require_distinct(o.frames, o.darks);
   o.output.keep({o.frames.begin(), o.frames.end()});
   o.output.keep({o.darks.begin(), o.darks.end()});
@@ -269,6 +278,7 @@ void run(const Options& o, const Invocation& invocation) {
   const calib::SpotSetting command_line = command_line_setting(o);
   std::optional<calib::SettingTable> table;
   if (!o.angles.empty()) table = calib::SettingTable::read(o.angles);
+  if (table) table->require_one_frame_each(o.frames);
   SpotFinder finder(o);
   calib::TargetList list;
   std::vector<MeasuredFrame> measured;

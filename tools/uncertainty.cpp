@@ -260,6 +260,9 @@ void print_means(const MapMeans& m) {
 void answer_pair(const MapUncertainty& uncertainty, const PixelSum& a, const PixelSum& b, nlohmann::json* json) {
   const Ratio ratio = ratio_of(uncertainty, a, b);
   const double covariance = uncertainty.covariance(a, b);
+  constexpr double kSigmas = 3;
+  if (!(std::abs(uncertainty.of(b).value) > kSigmas * uncertainty.of(b).without_scale()))
+    std::fprintf(stderr, "note: the second value may be 0: the ratio's uncertainty, to first order, means nothing\n");
   if (json != nullptr) {
     (*json)["and"] = {{"value", uncertainty.of(b).value}, {"u", uncertainty.of(b).total()}, {"covariance", covariance},
                       {"correlation", ratio.correlation}, {"ratio", ratio.value},           {"u_ratio", ratio.u}};

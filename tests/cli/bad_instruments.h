@@ -61,6 +61,8 @@ inline std::vector<BadInput> bad_instruments() {
              {here + "sensor.read_noise_e"}),
       edited("instrument: saturation negative", "saturation_dn = 65535", "saturation_dn = -1",
              {here + "sensor.saturation_dn"}),
+      edited("instrument: linearity that turns over", "nonlinearity_percent = 0",
+             "nonlinearity_percent = 0\nlinearity = [-1e-5]", {here + "sensor.linearity", "turns over"}),
       edited("instrument: non-linearity over 100 %", "nonlinearity_percent = 0", "nonlinearity_percent = 101",
              {here + "sensor.nonlinearity_percent"}),
       edited("instrument: unknown key at the top", "[detector]", "pixels = 3\n[detector] #",

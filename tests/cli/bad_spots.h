@@ -100,8 +100,15 @@ inline std::vector<BadInput> bad_spots() {
        {"spots", frame, "--instrument", "instrument.toml", "--stage-deg", "20", "--arm-deg", "40", "--mount", "a,b",
         "-o", "out.csv"},
        nothing(),
+       2,
+       {"--mount", "'a,b'"}},
+      {"spots: one line for two frames of one name",
+       {"spots", frame, "again/signature_001.fits", "--angles", "angles.csv", "--instrument", "instrument.toml", "-o",
+        "out.csv"},
+       all({make_folder("again"), copy("frames/signature_002.fits", "again/signature_001.fits"),
+            write("angles.csv", "file,stage_deg,arm_deg\n" + frame + ",20,40\n")}),
        1,
-       {"out.csv"}},
+       {"angles.csv", frame, "again/signature_001.fits"}},
       {"spots: output a map", {"spots", frame, "-o", "out.fits"}, nothing(), 1, {"out.fits", ".csv"}},
   };
 }

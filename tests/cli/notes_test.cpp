@@ -177,6 +177,60 @@ TEST(Notes, FramesOfOneExposureThatDifferInLight) {
   const ToolRun run = run_tool({"brdf", "measurement.toml", "-o", "out2.fits"}, lab.folder());
   EXPECT_EQ(run.status, 0) << run.err;
   EXPECT_TRUE(holds(run.out, "note: exposure 1: frames/exposure1_002.fits shows ")) << run.out;
+  Lab slightly = maker().fresh_copy();
+  dim(slightly, "frames/exposure1_002.fits", 0.96);
+  const ToolRun seen = run_tool(kBrdf, slightly.folder());
+  EXPECT_TRUE(holds(seen.out, "note: exposure 1: frames/exposure1_002.fits shows ")) << seen.out;
+  EXPECT_TRUE(holds(seen.out, " where there is light")) << seen.out;
+}
+
+TEST(Notes, LightBesideTheBeamIsToldOf) {
+  Lab lab = maker().fresh_copy();
+  EXPECT_FALSE(holds(run_tool(kBrdf, lab.folder()).out, "light beside its beam"));
+  const auto block = [](std::size_t c, std::size_t r) { return c >= 56 && c < 59 && r >= 4 && r < 7; };
+  for (const char* file : {"frames/signature_001.fits", "frames/signature_002.fits"}) pixels(file, 9000, block)(lab);
+  fs::remove(lab.path("out.fits"));
+  const ToolRun run = run_tool(kBrdf, lab.folder());
+  EXPECT_TRUE(holds(run.out, "note: the signature shows light beside its beam, at column 57, row 5 with ")) << run.out;
+}
+
+TEST(Notes, MoreLightThanFellIsToldOf) {
+  Lab lab = maker().fresh_copy();
+  EXPECT_FALSE(holds(run_tool(kBrdf, lab.folder()).out, "times the light that fell"));
+  const std::string text = lab.read("measurement.toml");
+  const std::size_t signature = text.find("[signature]"), filters = text.find("filters = [", signature);
+  lab.write("measurement.toml", text.substr(0, filters) + "filters = []" + text.substr(text.find('\n', filters)));
+  fs::remove(lab.path("out.fits"));
+  const ToolRun run = run_tool(kBrdf, lab.folder());
+  EXPECT_TRUE(holds(run.out, " times the light that fell on the sample")) << run.out << run.err;
+}
+
+TEST(Notes, AFlatWithItsBiasIsToldOf) {
+  Lab flat = maker().fresh_copy();
+  copy("frames/exposure1_001.fits", "flat.fits")(flat);
+  card("flat.fits", "IMAGETYP", "'FLAT'")(flat);
+  pixels("flat.fits", 20000, [](std::size_t, std::size_t) { return true; })(flat);
+  flat.replace("measurement.toml", "instrument =", "flat = \"flat.fits\"\ninstrument =");
+  const ToolRun run = run_tool(kBrdf, flat.folder());
+  EXPECT_TRUE(holds(run.out, "flat.fits: holds whole numbers, none below sensor.bias_dn = 300")) << run.out << run.err;
+}
+
+// Its flanks were taken for hits of single frames and left out; the sum of frames does not change when a beam moves.
+TEST(Notes, ABeamThatMovesBetweenFramesKeepsItsLight) {
+  const auto largest = [](const Lab& lab) {
+    const ToolRun run = run_tool({"brdf", "measurement.toml", "-o", "out.fits", "--json"}, lab.folder());
+    EXPECT_EQ(run.status, 0) << run.err;
+    const auto json = nlohmann::json::parse(run.out);
+    return std::pair(json.at("largest_per_sr").get<double>(), json.dump());
+  };
+  Lab lab = maker().fresh_copy();
+  const auto still = largest(lab);
+  EXPECT_FALSE(holds(still.second, "did the beam or the scene move?"));
+  roll_columns("frames/signature_002.fits", 1)(lab);
+  fs::remove(lab.path("out.fits"));
+  const auto moved = largest(lab);
+  EXPECT_TRUE(holds(moved.second, "did the beam or the scene move?")) << moved.second;
+  EXPECT_NEAR(moved.first, still.first, 0.01 * still.first);
 }
 
 TEST(Notes, PixelsThatPileUpBelowTheSaturation) {

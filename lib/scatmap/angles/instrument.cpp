@@ -1,10 +1,12 @@
 #include "scatmap/angles/instrument.h"
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 #include <set>
 #include <utility>
 
 #include "scatmap/base/error.h"
+#include "scatmap/base/number_text.h"
 #include "scatmap/base/provenance.h"
 #include "scatmap/base/units.h"
 
@@ -82,6 +84,21 @@ void read_mechanics(const TomlTable& file, Instrument& out) {
   }
 }
 
+// A correction that turns over below saturation would give two counts one signal.
+void require_rising(const Sensor& s, const TomlTable& t) {
+  constexpr int kSteps = 1000;
+  if (s.linearity.empty() || !s.saturation_dn) return;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double x = (*s.saturation_dn - s.bias_dn) * i / kSteps;
+    double slope = 0;
+    for (std::size_t k = s.linearity.size(); k > 0; --k)
+      slope = (slope + static_cast<double>(k + 1) * s.linearity[k - 1]) * x;
+    if (1 + slope > 0) continue;
+    throw Error({t.where("linearity"), "turns over below saturation_dn", number_text(std::round(s.bias_dn + x)) + " DN",
+                 "a corrected signal that grows with the counts"});
+  }
+}
+
 Sensor read_sensor(const TomlTable& t) {
   Sensor s;
   s.gain_e_per_dn = t.optional_number("gain_e_per_dn", kPositive);
@@ -94,6 +111,7 @@ Sensor read_sensor(const TomlTable& t) {
     throw Error({t.where("saturation_dn"), "is not above bias_dn", {}, {}});
   }
   if (t.has("linearity")) s.linearity = t.numbers("linearity", 0);
+  require_rising(s, t);
   return s;
 }
 

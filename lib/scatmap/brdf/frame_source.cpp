@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <functional>
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
 #include "scatmap/base/parallel.h"
 #include "scatmap/base/units.h"
 #include "scatmap/counts/frame_light.h"
+#include "scatmap/counts/frame_steadiness.h"
 
 namespace scatmap {
 namespace {
@@ -39,6 +41,10 @@ void require_agreement(const std::optional<double>& in_file, double stated, doub
     throw Error({where, std::string("contradicts ") + what, number_text(*in_file), number_text(stated)});
   }
 }
+
+constexpr int kSampledRows = 4;  // of a sample's frames, every so many tell
+
+bool is_signature(const std::string& role) { return role.starts_with("signature"); }
 
 std::string percent_text(double relative) { return number_text(std::round(1e3 * relative) / 10) + " %"; }
 
@@ -92,6 +98,11 @@ void FrameSource::note_flat(const Frame& flat) {
     ++positive;
     if (v < 1 / kFactor || v > kFactor) ++off;
   }
+  const bool holds_bias = std::all_of(flat.dn.begin(), flat.dn.end(),
+                                      [&](float v) { return !(v > 0 && static_cast<double>(v) < sensor_.bias_dn); });
+  if (flat.quantum_dn > 0 && sensor_.bias_dn > 0 && holds_bias)
+    notes_.push_back(flat.file.string() + ": holds whole numbers, none below sensor.bias_dn = " +
+                     number_text(sensor_.bias_dn) + ": a flat field must be without its dark; was it taken off?");
   if (flat.quantum_dn > 0) raw_flat_dn_ = frame_light(flat.dn).sum_dn / static_cast<double>(flat.dn.size());
   const double share = static_cast<double>(off) / static_cast<double>(positive);
   if (share > kMany)
@@ -163,12 +174,12 @@ void FrameSource::require_new(const InputRecord& record, const std::filesystem::
 namespace {
 
 // Frames of one exposure see the same light. What the sensor's offset may wander by is no light.
+// @param allowed  relative
 std::optional<std::string> light_that_differs(const std::vector<Frame>& frames, const std::vector<double>& net_dn,
-                                              double drift, double wander_dn) {
-  constexpr double kAllowed = 0.1;
+                                              double allowed, double wander_dn) {
   const auto [least, most] = std::minmax_element(net_dn.begin(), net_dn.end());
   const double difference = *most - *least;
-  if (!(difference > wander_dn && difference > std::max(kAllowed, 3 * drift) * *most)) return std::nullopt;
+  if (!(difference > wander_dn && difference > allowed * *most)) return std::nullopt;
   const auto name = [&](auto at) { return frames[static_cast<std::size_t>(at - net_dn.begin())].file.string(); };
   return name(least) + " shows " + percent_text(difference / *most) + " less light than " + name(most);
 }
@@ -199,8 +210,33 @@ void FrameSource::note_light(const std::vector<Frame>& frames, const MasterDark&
     if (const auto note = clipping(frame, light, dark_dn / pixels, sensor_)) notes_.push_back(*note);
   }
   const double wander_dn = kWander * sensor_.read_noise_dn() * pixels;
-  if (const auto note = light_that_differs(frames, net_dn, measurement_.laser_drift, wander_dn))
+  constexpr double kAllowed = 0.1;
+  if (const auto note = light_that_differs(frames, net_dn, std::max(kAllowed, 3 * measurement_.laser_drift), wander_dn))
     notes_.push_back(role + ": " + *note);
+}
+
+// Where there is much light, less suffices to tell. @return whether the scene moved or changed
+bool FrameSource::note_changes(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role) {
+  constexpr std::size_t kFew = 5;
+  if (frames.size() < 2) return false;
+  const FrameChanges found = frame_changes(frames, dark, sensor_, is_signature(role) ? 1 : kSampledRows);
+  if (found.pixels <= kFew) return false;
+  std::vector<double> net_dn;
+  for (const FrameChange& f : found.of_frame) net_dn.push_back(f.net_dn);
+  const auto pixels = static_cast<double>(found.pixels);
+  constexpr double kSteady = 0.01, kWander = 0.2, kSigmas = 6;  // relative; of the read noise; of the sums
+  if (const auto note = light_that_differs(frames, net_dn, std::max(kSteady, 3 * measurement_.laser_drift),
+                                           kWander * sensor_.read_noise_dn() * pixels + kSigmas * found.u_net_dn))
+    notes_.push_back(role + ": " + *note + " where there is light");
+  constexpr double kMany = 0.01;
+  const auto most = std::max_element(found.of_frame.begin(), found.of_frame.end(),
+                                     [](const auto& a, const auto& b) { return a.differing < b.differing; });
+  const auto differing = static_cast<double>(most->differing);
+  if (most->differing <= kFew || !(differing > kMany * pixels)) return false;
+  notes_.push_back(role + ": " + percent_text(differing / pixels) + " of the bright pixels of " +
+                   frames[static_cast<std::size_t>(most - found.of_frame.begin())].file.string() +
+                   " differ from the frames' mean by more than noise and drift: did the beam or the scene move?");
+  return true;
 }
 
 std::shared_ptr<const FrameSource::Dark> FrameSource::dark_of(const Exposure& e, double quantum_dn) {
@@ -226,7 +262,7 @@ FrameSource::Raw FrameSource::read_exposure(const Exposure& e, const std::string
   std::shared_ptr<const Dark> dark = e.stated_dark ? nullptr : dark_of(e, 0);
   std::vector<Frame> frames = read_all(e, false, record.frames);
   if (!dark) dark = dark_of(e, frames.front().quantum_dn);
-  const bool is_sample = !role.starts_with("signature");
+  const bool is_sample = !is_signature(role);
   for (const Frame& f : frames) {
     constexpr double kSameAngle_deg = 1e-3;
     const std::string name = f.file.string();
@@ -240,14 +276,48 @@ FrameSource::Raw FrameSource::read_exposure(const Exposure& e, const std::string
   record.darks = dark->records;
   check_level(dark->master, role);
   note_light(frames, dark->master, role);
+  const bool moved = note_changes(frames, dark->master, role);
   const double pooled = dark->master.pooled_from_frames ? std::sqrt(dark->master.pooled_variance_dn2) : 0;
-  return {std::move(frames), std::move(dark), pooled, std::move(record)};
+  return {std::move(frames), std::move(dark), pooled, std::move(record), moved};
 }
+
+namespace {
+
+// The mean of frames taken one by one: none of their values is an outlier of the others.
+Counts mean_of_single(const std::vector<Frame>& frames, const std::function<Counts(const Frame&)>& reduced) {
+  Counts out = reduced(frames.front());
+  for (std::size_t k = 1; k < frames.size(); ++k) {
+    const Counts more = reduced(frames[k]);
+    for (std::size_t i = 0; i < out.mask.size(); ++i) {
+      out.rate_dn_per_s[i] += more.rate_dn_per_s[i];
+      out.mask[i] |= more.mask[i];
+    }
+    out.saturated_pixels += more.saturated_pixels;
+  }
+  const auto count = static_cast<double>(frames.size());
+  for (std::size_t i = 0; i < out.mask.size(); ++i) {
+    out.rate_dn_per_s[i] /= count;
+    out.frame_floor[i] /= static_cast<float>(count);
+    out.shot[i] /= static_cast<float>(count);
+  }
+  return out;
+}
+
+}  // namespace
 
 FrameSource::Reduced FrameSource::reduce_exposure(const Exposure& e, const std::string& role) {
   Raw raw = read_exposure(e, role);
-  return {reduce(raw.frames, raw.dark->master, sensor_, response_, e.exposure_s), raw.dark->group,
-          raw.pooled_dark_noise_dn, std::move(raw.record)};
+  const auto reduced = [&](std::span<const Frame> frames) {
+    return reduce(frames, raw.dark->master, sensor_, response_, e.exposure_s);
+  };
+  // All of a beam counts, wherever it went.
+  const bool one_by_one = raw.moved && is_signature(role);
+  Counts counts = one_by_one ? mean_of_single(raw.frames,
+                                              [&](const Frame& f) {
+                                                return reduced({&f, 1});
+                                              })
+                             : reduced(raw.frames);
+  return {std::move(counts), raw.dark->group, raw.pooled_dark_noise_dn, std::move(raw.record)};
 }
 
 }  // namespace scatmap

@@ -37,6 +37,7 @@ class FrameSource {
     std::shared_ptr<const Dark> dark;
     double pooled_dark_noise_dn;  ///< as above
     ExposureRecord record;
+    bool moved;  ///< the scene changed between the frames by more than noise and drift
   };
   Raw read_exposure(const Exposure& exposure, const std::string& role);
 
@@ -53,6 +54,7 @@ class FrameSource {
   void note_flat(const Frame& flat);
   void check_level(const MasterDark& dark, const std::string& role);
   void note_light(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role);
+  bool note_changes(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role);
 
   const Measurement& measurement_;
   SensorModel sensor_;

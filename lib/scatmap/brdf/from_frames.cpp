@@ -235,7 +235,7 @@ void require_some_good_pixel(const Measurement& m, const BrdfMap& map) {
 
 // What the beam adds to the causes: its filters, each exposure with its share, and its noise.
 void refer_to_beam(const Measurement& m, const MergedSignature& signature, ExposureCauses& causes, BrdfResult& out) {
-  note_aperture(m, signature, out.map);
+  note_beam(m, signature, out.map);
   out.signature = signature.beam;
   out.signature_share = signature.share;
   const double u_signature = signature.beam.u_rate_dn_per_s / signature.beam.rate_dn_per_s;
@@ -352,6 +352,7 @@ BrdfResult brdf_from_frames(const Measurement& m, const Progress& progress, Filt
   }
   map.notes.insert(map.notes.end(), source.notes().begin(), source.notes().end());
   note_darkness(map);
+  note_power(map);
   return out;
 }
 

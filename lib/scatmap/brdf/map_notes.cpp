@@ -55,12 +55,16 @@ void note_overlap(const OverlapReport& o, BrdfMap& map) {
   }
 }
 
-void note_aperture(const Measurement& m, const MergedSignature& signature, BrdfMap& map) {
+void note_beam(const Measurement& m, const MergedSignature& signature, BrdfMap& map) {
+  if (const auto& spot = signature.other)
+    map.notes.push_back("the signature shows light beside its beam, at column " + number_text(spot->column) + ", row " +
+                        number_text(spot->row) + " with " + percent(spot->share) + " of its peak: it is left out");
   constexpr double kSeen = 0.01;
   if (!(signature.outside > kSeen)) return;
   map.notes.push_back("signature.aperture_radius_px = " + number_text(*m.aperture.radius_px) + " leaves out " +
                       percent(signature.outside) + " of the beam found within " +
-                      number_text(signature.found_radius_px) + " px: the map is too bright by as much");
+                      number_text(std::round(10 * signature.found_radius_px) / 10) +
+                      " px: the map is too bright by as much");
 }
 
 // Some rows tell.
@@ -77,6 +81,26 @@ void note_darkness(BrdfMap& map) {
   }
   if (count > 0 && sum < kBelow * count)
     map.notes.push_back("most pixels lie below their darks by more than their noise: are frames and darks exchanged?");
+}
+
+void note_power(BrdfMap& map) {
+  constexpr int kStep = 16;
+  constexpr double kSigmas = 3;
+  double power = 0;
+  for (int r = 0; r < map.mask.rows(); r += kStep) {
+    const int rows = std::min(kStep, map.mask.rows() - r);
+    for (int c = 0; c < map.mask.columns(); ++c) {
+      if (map.mask(r, c) == 0)
+        power +=
+            rows * map.brdf_per_sr(r, c) * std::cos(map.angles.theta_s_rad(r, c)) * map.angles.solid_angle_sr(r, c);
+    }
+  }
+  const double u = map.scale.standard();
+  if (!(power > 1 + kSigmas * u)) return;
+  char times[32];
+  std::snprintf(times, sizeof times, "%.1g", power);
+  map.notes.push_back(std::string("the map's pixels take some ") + times +
+                      " times the light that fell on the sample: are filters and exposure times right?");
 }
 
 }  // namespace scatmap

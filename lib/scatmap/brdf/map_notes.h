@@ -13,10 +13,14 @@ void note_noise(double pooled_dark_noise_dn, const std::string& role, const Sens
 /// Filters beyond their tolerance, and exposures that do not meet.
 void note_overlap(const OverlapReport& overlap, BrdfMap& map);
 
-/// An aperture that leaves out some of the beam makes the whole map too bright.
-void note_aperture(const Measurement& measurement, const MergedSignature& signature, BrdfMap& map);
+/// An aperture that leaves out some of the beam makes the whole map too bright; so does light beside it that belongs to
+/// it.
+void note_beam(const Measurement& measurement, const MergedSignature& signature, BrdfMap& map);
 
 /// Counts below their darks all over the frame: no light gives that.
 void note_darkness(BrdfMap& map);
+
+/// More light in the map's pixels than fell on the sample.
+void note_power(BrdfMap& map);
 
 }  // namespace scatmap

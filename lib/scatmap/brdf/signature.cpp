@@ -91,6 +91,8 @@ struct ColumnSums {
   }
 };
 
+constexpr double kStandsOut = 20;  // sigmas of a mean of nine pixels
+
 // Brightest 3 × 3 mean.
 Circle brightest(const Counts& c) {
   const int rows = c.mask.rows(), columns = c.mask.columns();
@@ -108,7 +110,6 @@ Circle brightest(const Counts& c) {
   sums.fill(c, row);
   int column = 0;
   while (column + 1 < columns && !(sums.mean(static_cast<std::size_t>(column)) >= *highest)) ++column;
-  constexpr double kStandsOut = 20;
   if (!(*highest > kStandsOut * std::sqrt(c.variance(row, column, 0) / 9)))
     throw Error({"signature", "shows no beam: its brightest spot does not stand out of the noise", {}, {}});
   return {static_cast<double>(column), static_cast<double>(row), 3};
@@ -218,6 +219,62 @@ Signature measure_signature(const Counts& c, std::optional<double> radius_px) {
   if (!(out.rate_dn_per_s > 0))
     throw Error({"signature", "sums to nothing", number_text(out.rate_dn_per_s) + " DN/s", "more than 0"});
   return out;
+}
+
+namespace {
+
+// Columns of a row that lie left and right of a circle.
+std::vector<std::pair<int, int>> beside(const Circle& circle, int row, int columns) {
+  const double across2 = circle.radius * circle.radius - (row - circle.row) * (row - circle.row);
+  if (!(across2 > 0)) return {{0, columns}};
+  const double half = std::sqrt(across2);
+  const int left = static_cast<int>(std::floor(circle.column - half)),
+            right = static_cast<int>(std::ceil(circle.column + half));
+  return {{0, std::clamp(left, 0, columns)}, {std::clamp(right + 1, 0, columns), columns}};
+}
+
+// Whether more than one pixel of the nine is bright: a hit is none.
+bool is_spread(const Counts& c, int row, int column, double half) {
+  int bright = 0;
+  for (int r = std::max(0, row - 1); r <= std::min(c.mask.rows() - 1, row + 1); ++r) {
+    for (int k = std::max(0, column - 1); k <= std::min(c.mask.columns() - 1, column + 1); ++k)
+      bright += good(c, r, k) && c.rate_dn_per_s(r, k) > half ? 1 : 0;
+  }
+  return bright >= 3;
+}
+
+}  // namespace
+
+std::optional<OtherSpot> other_spot(const Counts& c, const Signature& beam) {
+  const Circle ring{beam.column, beam.row, background_radius_px(beam.radius_px)};
+  const int rows = c.mask.rows(), columns = c.mask.columns();
+  std::vector<double> peaks(static_cast<std::size_t>(rows), -HUGE_VAL);
+  for_row_ranges(rows, [&](int first, int last) {
+    ColumnSums sums(columns);
+    for (int r = first; r < last; ++r) {
+      sums.fill(c, r);
+      for (const auto& [from, to] : beside(ring, r, columns)) {
+        double& peak = peaks[static_cast<std::size_t>(r)];
+        peak = std::max(peak, largest_mean_of_three(sums.rate.data() + from, sums.count.data() + from, to - from));
+      }
+    }
+  });
+  const auto highest = std::max_element(peaks.begin(), peaks.end());
+  const int row = static_cast<int>(highest - peaks.begin());
+  const double above = *highest - beam.background_dn_per_s, share = above / (2 * beam.effective_rate);
+  if (!(share > kLeastOtherSpot)) return std::nullopt;
+  ColumnSums sums(columns);
+  sums.fill(c, row);
+  for (const auto& [from, to] : beside(ring, row, columns)) {
+    for (int k = from; k < to; ++k) {
+      if (!(sums.mean(static_cast<std::size_t>(k)) >= *highest)) continue;
+      if (!(above > kStandsOut * std::sqrt(c.variance(row, k, 0) / 9)) ||
+          !is_spread(c, row, k, beam.background_dn_per_s + above / 2))
+        return std::nullopt;
+      return OtherSpot{static_cast<double>(k), static_cast<double>(row), share};
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace scatmap

@@ -28,4 +28,14 @@ constexpr double background_radius_px(double aperture_radius_px) { return 1.5 * 
 ///         leaves the frame
 Signature measure_signature(const Counts& counts, std::optional<double> radius_px);
 
+/// Light beside the beam: the brightest mean of 3 × 3 pixels beyond the background ring.
+struct OtherSpot {
+  double column, row;
+  double share;  ///< of the beam's peak, if that is a Gaussian's: twice effective_rate
+};
+/// @return nothing if it is below kLeastOtherSpot of the peak, does not stand 20 sigma out of the noise, or is one
+/// pixel's
+std::optional<OtherSpot> other_spot(const Counts& counts, const Signature& beam);
+inline constexpr double kLeastOtherSpot = 0.01;
+
 }  // namespace scatmap

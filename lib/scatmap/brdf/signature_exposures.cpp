@@ -63,6 +63,7 @@ MergedSignature merge_signature(std::span<const ScaledCounts> exposures, std::op
     const Counts& counts = *exposures.front().counts;
     const Signature beam = measure_signature(counts, radius_px);
     MergedSignature out{beam, {1.0}, beam.effective_rate * counts.exposure_s};
+    out.other = other_spot(counts, beam);
     compare_apertures(counts, radius_px, out);
     return out;
   }
@@ -71,6 +72,7 @@ MergedSignature merge_signature(std::span<const ScaledCounts> exposures, std::op
   const Counts image = as_counts(std::move(merged));
   MergedSignature out{measure_signature(image, radius_px), std::vector<double>(exposures.size(), 0), 0};
   weigh_exposures(exposures, share, image, out);
+  out.other = other_spot(image, out.beam);
   compare_apertures(image, radius_px, out);
   return out;
 }

@@ -15,6 +15,7 @@ struct MergedSignature {
   double level_dn = 0;         ///< counts at which the pixels worked that carry the sum, for their non-linearity
   double outside = 0;          ///< with a stated aperture: share of the beam found that it leaves out
   double found_radius_px = 0;  ///< of that beam's aperture
+  std::optional<OtherSpot> other = std::nullopt;  ///< light beside the beam
 };
 
 /// Merges the exposures of the beam like those of the sample (merge.h), so that a core that one saturates comes from

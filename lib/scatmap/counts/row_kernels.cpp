@@ -339,4 +339,37 @@ SCATMAP_CLONES RowLight row_light(const float* raw, int pixels) {
   return out;
 }
 
+SCATMAP_CLONES RowChange row_change(const float* mean, const float* other, const float* dark,
+                                    const float* single_variance, const Mask* dark_mask, int pixels,
+                                    const ChangeLimits& limits) {
+  constexpr int kLanes = 16;  // as above
+  const ChangeLimits l = limits;
+  double net[kLanes] = {}, bright[kLanes] = {}, differing[kLanes] = {}, variance[kLanes] = {};
+  const auto add = [&](int i, int k) {
+    const double a = static_cast<double>(mean[i]) - static_cast<double>(dark[i]),
+                 b = static_cast<double>(other[i]) - static_cast<double>(dark[i]);
+    const double light = a > 0 ? a : 0, noise2 = static_cast<double>(single_variance[i]) + light * l.per_gain;
+    const bool counts = light * light > l.bright2 * noise2 && b - b == 0 && dark_mask[i] == 0;
+    const bool differs = (b - a) * (b - a) > l.differing2 * (noise2 + l.drift2 * (light * light));
+    net[k] += counts ? b : 0;
+    bright[k] += counts ? 1 : 0;
+    differing[k] += counts && differs ? 1 : 0;
+    variance[k] += counts ? noise2 : 0;
+  };
+  int begin = 0;
+  for (; begin + kLanes <= pixels; begin += kLanes) {
+    SCATMAP_INDEPENDENT
+    for (int k = 0; k < kLanes; ++k) add(begin + k, k);
+  }
+  for (; begin < pixels; ++begin) add(begin, 0);
+  RowChange out;
+  for (int k = 0; k < kLanes; ++k) {
+    out.net_dn += net[k];
+    out.bright += bright[k];
+    out.differing += differing[k];
+    out.noise2 += variance[k];
+  }
+  return out;
+}
+
 }  // namespace scatmap

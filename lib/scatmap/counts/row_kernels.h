@@ -100,4 +100,15 @@ struct RowLight {
 };
 RowLight row_light(const float* raw, int pixels);
 
+/// frame_steadiness.h, along a row. Squares of sigmas and shares.
+struct ChangeLimits {
+  double per_gain, bright2, differing2, drift2;
+};
+struct RowChange {
+  double net_dn = 0, bright = 0, differing = 0;
+  double noise2 = 0;  ///< of the bright pixels' sum
+};
+RowChange row_change(const float* mean, const float* other, const float* dark, const float* single_variance,
+                     const Mask* dark_mask, int pixels, const ChangeLimits& limits);
+
 }  // namespace scatmap
