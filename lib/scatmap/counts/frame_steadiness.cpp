@@ -1,6 +1,5 @@
 #include "scatmap/counts/frame_steadiness.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "scatmap/base/parallel.h"
@@ -23,11 +22,9 @@ FrameChanges frame_changes(std::span<const Frame> frames, const MasterDark& dark
     std::vector<const float*> values(count);
     for (int i = first; i < last; ++i) {
       const int row = i * row_step;
-      std::fill(mean.begin(), mean.end(), 0.f);
-      for (std::size_t k = 0; k < count; ++k) {
+      for (std::size_t k = 0; k < count; ++k)
         values[k] = frames[k].dn.part(row, 0, columns, buffer.data() + k * width);
-        for (std::size_t c = 0; c < width; ++c) mean[c] += values[k][c] / static_cast<float>(count);
-      }
+      mean_row(values, columns, mean.data());
       for (std::size_t k = 0; k < count; ++k)
         of_row[static_cast<std::size_t>(i) * count + k] =
             row_change(mean.data(), values[k], dark.level_dn.row(row).data(), dark.single_variance_dn2.row(row).data(),

@@ -339,6 +339,15 @@ SCATMAP_CLONES RowLight row_light(const float* raw, int pixels) {
   return out;
 }
 
+SCATMAP_CLONES void mean_row(std::span<const float* const> rows, int pixels, float* mean) {
+  const auto share = static_cast<float>(1 / static_cast<double>(rows.size()));
+  std::fill_n(mean, pixels, 0.f);
+  for (const float* row : rows) {
+    SCATMAP_INDEPENDENT
+    for (int i = 0; i < pixels; ++i) mean[i] += row[i] * share;
+  }
+}
+
 SCATMAP_CLONES RowChange row_change(const float* mean, const float* other, const float* dark,
                                     const float* single_variance, const Mask* dark_mask, int pixels,
                                     const ChangeLimits& limits) {

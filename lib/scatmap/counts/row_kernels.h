@@ -100,6 +100,8 @@ struct RowLight {
 };
 RowLight row_light(const float* raw, int pixels);
 
+void mean_row(std::span<const float* const> rows, int pixels, float* mean);
+
 /// frame_steadiness.h, along a row. Squares of sigmas and shares.
 struct ChangeLimits {
   double per_gain, bright2, differing2, drift2;
