@@ -22,8 +22,7 @@ FrameChanges frame_changes(std::span<const Frame> frames, const MasterDark& dark
     std::vector<const float*> values(count);
     for (int i = first; i < last; ++i) {
       const int row = i * row_step;
-      for (std::size_t k = 0; k < count; ++k)
-        values[k] = frames[k].dn.part(row, 0, columns, buffer.data() + k * width);
+      for (std::size_t k = 0; k < count; ++k) values[k] = frames[k].dn.part(row, 0, columns, buffer.data() + k * width);
       mean_row(values, columns, mean.data());
       for (std::size_t k = 0; k < count; ++k)
         of_row[static_cast<std::size_t>(i) * count + k] =

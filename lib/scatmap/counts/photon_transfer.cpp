@@ -60,8 +60,10 @@ Pair pair_of(const RawCounts& a, const RawCounts& b, const Use& use) {
   std::vector<double> differences;
   differences.reserve(a.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
-    if (use[i]) differences.push_back(static_cast<double>(a[i]) - b[i]);
+    const double d = static_cast<double>(a[i]) - b[i];
+    if (use[i] && !std::isnan(d)) differences.push_back(d);
   }
+  if (differences.empty()) return {std::nan(""), std::nan(""), 0};
   const double centre = median_of(differences);
   Pair pair = pair_within(a, b, use, centre, std::numeric_limits<double>::infinity());
   for (double before = 0; pair.values != before;) {
@@ -453,6 +455,7 @@ PhotonTransfer photon_transfer(std::span<const TransferLevel> given, std::option
   const Use use = ordinary(darks_at_no_exposure(levels), kDefectSigmas, 1);
   PhotonTransfer out;
   out.left_out_pixels = static_cast<std::size_t>(std::count(use.begin(), use.end(), false));
+  if (out.left_out_pixels == use.size()) throw Error({"darks", "hold no number that could be compared", {}, {}});
   for (const TransferLevel& l : levels) {
     const Temporal flat = temporal(l.flats, use), dark = temporal(l.darks, use);
     out.points.push_back({l.exposure_s, flat.mean, flat.variance, dark.mean, dark.variance,
