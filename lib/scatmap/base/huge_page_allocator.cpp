@@ -123,7 +123,8 @@ KeptPages& kept_pages() {
 
 void* allocate_pages(std::size_t bytes) {
   const std::size_t size = rounded(bytes);
-  void* memory = is_mapped(size) ? kept_pages().take(size) : std::aligned_alloc(kAlignment, size);
+  const std::size_t alignment = size >= kHugePage ? kHugePage : kAlignment;
+  void* memory = is_mapped(size) ? kept_pages().take(size) : std::aligned_alloc(alignment, size);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
