@@ -42,7 +42,8 @@ void require_agreement(const std::optional<double>& in_file, double stated, doub
   }
 }
 
-constexpr int kSampledRows = 4;  // of a sample's frames, every so many tell
+// Enough rows to tell whether frames agree: a beam is smaller than what a sample scatters.
+int row_step(int rows, bool beam) { return std::max(1, rows / (beam ? 1000 : 250)); }
 
 bool is_signature(const std::string& role) { return role.starts_with("signature"); }
 
@@ -219,7 +220,8 @@ void FrameSource::note_light(const std::vector<Frame>& frames, const MasterDark&
 bool FrameSource::note_changes(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role) {
   constexpr std::size_t kFew = 5;
   if (frames.size() < 2) return false;
-  const FrameChanges found = frame_changes(frames, dark, sensor_, is_signature(role) ? 1 : kSampledRows);
+  const FrameChanges found =
+      frame_changes(frames, dark, sensor_, row_step(frames.front().dn.rows(), is_signature(role)));
   if (found.pixels <= kFew) return false;
   std::vector<double> net_dn;
   for (const FrameChange& f : found.of_frame) net_dn.push_back(f.net_dn);

@@ -348,35 +348,51 @@ SCATMAP_CLONES void mean_row(std::span<const float* const> rows, int pixels, flo
   }
 }
 
+namespace {
+
+// Sums of float values, in lanes as above.
+SCATMAP_INLINE double sum_of(const float* values, int n) {
+  constexpr int kLanes = 16;
+  double lanes[kLanes] = {};
+  int first = 0;
+  for (; first + kLanes <= n; first += kLanes) {
+    SCATMAP_INDEPENDENT
+    for (int k = 0; k < kLanes; ++k) lanes[k] += static_cast<double>(values[first + k]);
+  }
+  double sum = 0;
+  for (; first < n; ++first) sum += static_cast<double>(values[first]);
+  for (const double lane : lanes) sum += lane;
+  return sum;
+}
+
+}  // namespace
+
 SCATMAP_CLONES RowChange row_change(const float* mean, const float* other, const float* dark,
                                     const float* single_variance, const Mask* dark_mask, int pixels,
                                     const ChangeLimits& limits) {
-  constexpr int kLanes = 16;  // as above
-  const ChangeLimits l = limits;
-  double net[kLanes] = {}, bright[kLanes] = {}, differing[kLanes] = {}, variance[kLanes] = {};
-  const auto add = [&](int i, int k) {
-    const double a = static_cast<double>(mean[i]) - static_cast<double>(dark[i]),
-                 b = static_cast<double>(other[i]) - static_cast<double>(dark[i]);
-    const double light = a > 0 ? a : 0, noise2 = static_cast<double>(single_variance[i]) + light * l.per_gain;
-    const bool counts = light * light > l.bright2 * noise2 && b - b == 0 && dark_mask[i] == 0;
-    const bool differs = (b - a) * (b - a) > l.differing2 * (noise2 + l.drift2 * (light * light));
-    net[k] += counts ? b : 0;
-    bright[k] += counts ? 1 : 0;
-    differing[k] += counts && differs ? 1 : 0;
-    variance[k] += counts ? noise2 : 0;
-  };
-  int begin = 0;
-  for (; begin + kLanes <= pixels; begin += kLanes) {
-    SCATMAP_INDEPENDENT
-    for (int k = 0; k < kLanes; ++k) add(begin + k, k);
-  }
-  for (; begin < pixels; ++begin) add(begin, 0);
+  const auto per_gain = static_cast<float>(limits.per_gain), bright2 = static_cast<float>(limits.bright2),
+             differing2 = static_cast<float>(limits.differing2), drift2 = static_cast<float>(limits.drift2);
+  alignas(64) float net[kStrip], variance[kStrip], bright[kStrip], differing[kStrip];
   RowChange out;
-  for (int k = 0; k < kLanes; ++k) {
-    out.net_dn += net[k];
-    out.bright += bright[k];
-    out.differing += differing[k];
-    out.noise2 += variance[k];
+  for (int first = 0; first < pixels; first += kStrip) {
+    const int n = std::min(kStrip, pixels - first);
+    const float *m = mean + first, *o = other + first, *level = dark + first, *single = single_variance + first;
+    const Mask* mask = dark_mask + first;
+    SCATMAP_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+      const float a = m[i] - level[i], given = o[i] - level[i], b = given - given == 0 ? given : 0, d = b - a;
+      const float light = a > 0 ? a : 0, noise2 = single[i] + light * per_gain, light2 = light * light;
+      const float counts = light2 > bright2 * noise2 ? 1 : 0;
+      const float known = (given - given == 0 ? counts : 0) * (mask[i] == 0 ? 1.f : 0.f);
+      net[i] = known * b;
+      variance[i] = known > 0 ? noise2 : 0;
+      bright[i] = known;
+      differing[i] = d * d > differing2 * (noise2 + drift2 * light2) ? known : 0;
+    }
+    out.net_dn += sum_of(net, n);
+    out.noise2 += sum_of(variance, n);
+    out.bright += sum_of(bright, n);
+    out.differing += sum_of(differing, n);
   }
   return out;
 }
