@@ -107,7 +107,7 @@ std::string frame_text(const Chart& chart, const Box& box) {
          " font ',16' noenhanced\n"
          "set xlabel " +
          gnuplot_text("time per " + chart.item + ", ns (one thread, " + chart.rows.back().size + ")") +
-         "\nset ylabel " + gnuplot_text("largest " + chart.error_name + ", " + unit) + "\nset label " +
+         "\nset ylabel " + gnuplot_text("largest " + chart.error_name + ", " + unit) + " noenhanced\nset label " +
          gnuplot_text("errors against " + chart.reference) +
          " at graph 0.5,1.02 center noenhanced font ',11' tc rgb '#606060'\n"
          "set label " +
