@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <string_view>
+#include <tuple>
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
@@ -136,12 +137,25 @@ Target read_target(const Row& row, std::vector<std::string>& mounts) {
   return t;
 }
 
+// What makes a target the same as another, however its numbers are written: to 1e-6 px and 1e-9 rad.
+using Spot = std::tuple<TargetKind, std::size_t, std::array<long long, 5>, std::string>;
+
+Spot spot_of(const Target& t) {
+  constexpr double kPerPx = 1e6, kPerRad = 1e9;
+  const auto whole = [](double value) { return std::llround(value); };
+  return {t.kind,
+          t.mount,
+          {whole(t.stage_rad * kPerRad), whole(t.arm_rad * kPerRad), whole(t.tilt_rad * kPerRad),
+           whole(t.column_px * kPerPx), whole(t.row_px * kPerPx)},
+          t.file};
+}
+
 }  // namespace
 
 TargetList parse_targets(const std::string& text, const std::string& name) {
   TargetList list{name, {}, {}};
   std::map<std::string, std::size_t> columns;
-  std::map<std::string_view, int> seen;  // the same spot twice is no second measurement
+  std::map<Spot, int> seen;  // the same spot twice is no second measurement
   std::string_view rest = text;
   if (rest.substr(0, 3) == "\xEF\xBB\xBF") rest.remove_prefix(3);
   for (int number = 1; !rest.empty(); ++number) {
@@ -156,10 +170,10 @@ TargetList parse_targets(const std::string& text, const std::string& name) {
       columns = read_header(where, line);
       continue;
     }
-    const auto [at, is_new] = seen.emplace(line, number);
-    if (!is_new) throw Error({where, "repeats line " + std::to_string(at->second), {}, "each target once"});
     list.targets.push_back(read_target(Row(where, columns, fields_of(line)), list.mounts));
     list.targets.back().line = number;
+    const auto [at, is_new] = seen.emplace(spot_of(list.targets.back()), number);
+    if (!is_new) throw Error({where, "repeats line " + std::to_string(at->second), {}, "each target once"});
   }
   if (columns.empty()) throw Error({name, "is empty", {}, "a header line and one target a line"});
   if (list.targets.empty()) throw Error({name, "lists no target", {}, {}});

@@ -113,6 +113,7 @@ TEST(Targets, RefusesWithFileLineAndColumn) {
       {"kind,stage_deg,arm_deg,tilt_deg,column_px,row_px,sigma_px,kind\n", "t.csv:1: names a column twice, got kind"},
       {"kind;stage_deg;arm_deg\n", "names a column that targets do not have"},
       {kHeader + good + "# again\n" + good, "t.csv:4: repeats line 2"},
+      {kHeader + good + "specular,20.0,40,0,100.000000001,100,0.05\n", "t.csv:3: repeats line 2"},
       {kHeader + "specular,20,40,0,100,100\n", "t.csv:2: has the wrong number of fields, got 6, expected 7"},
       {kHeader + "specular,20,40,0,100,100,0.05,extra\n", "t.csv:2: has the wrong number of fields, got 8"},
       {kHeader + good + "\n" + "mirror,20,40,0,100,100,0.05\n", "t.csv:4: kind: is not known, got 'mirror'"},
