@@ -97,11 +97,11 @@ struct Turn {
 };
 
 // Rounding decides on which side of the horizon, or of the detector, a pixel within this of it lies.
-constexpr long double kUndecided = 1e-12L;
+constexpr double kUndecided = 1e-12;
 
 bool undecided(const synth::TruthGeometry& truth, const AngleSetup& s, int column, int row) {
   AngleSetup nudged = s;
-  for (const double nudge : {-1e-12, 1e-12}) {
+  for (const double nudge : {-kUndecided, kUndecided}) {
     nudged.bench.rotation_deg[1] = s.bench.rotation_deg[1] + nudge * 57;
     nudged.stage_deg = s.stage_deg + nudge * 57;
     if (truth_of(nudged).pixel(column, row).has_value() != truth.pixel(column, row).has_value()) return true;

@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kPrefix = ".scatmap-tmp-";
+constexpr std::size_t kReserveBytes = std::size_t{512} << 10;  // enough to list a folder
 
 // What this process has open, for abandon_temporary_folders(); never destroyed, for a signal may come after main.
 struct Registry {
@@ -100,7 +101,8 @@ void sweep(const fs::path& parent) {
 
 }  // namespace
 
-TemporaryFolder::TemporaryFolder(const fs::path& parent, const std::string& target) {
+TemporaryFolder::TemporaryFolder(const fs::path& parent, const std::string& target)
+    : reserve_(std::make_unique_for_overwrite<std::byte[]>(kReserveBytes)) {
   Registry& all = registry();
   std::unique_lock lock(all.mutex);
   if (all.swept.insert(parent).second) {
@@ -130,7 +132,8 @@ TemporaryFolder::TemporaryFolder(const fs::path& parent, const std::string& targ
 }
 
 TemporaryFolder::~TemporaryFolder() {
-  close(lock_);  // the one open file that removing needs
+  close(lock_);      // the one open file that removing needs
+  reserve_.reset();  // and the memory
   remove_tree(path_);
   Registry& all = registry();
   const std::lock_guard lock(all.mutex);

@@ -1,5 +1,7 @@
 #pragma once
+#include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <string>
 
 namespace scatmap {
@@ -21,6 +23,7 @@ class TemporaryFolder {
  private:
   std::filesystem::path path_;
   int lock_ = -1;
+  std::unique_ptr<std::byte[]> reserve_;  // memory for removing it when there is no other
 };
 
 /// Takes away all temporary folders of this process, with what they hold, and stops every thread that makes or drops
