@@ -76,17 +76,27 @@ Parameter& ParameterTable::named(const std::string& name, const std::string& opt
   throw Error({option, "names no parameter", name, names});
 }
 
-void ParameterTable::choose(const ParameterChoices& choices) {
+std::optional<DoubledChoice> doubled_choice(const ParameterChoices& choices) {
   std::set<std::string> seen;
-  const auto take = [&](const std::string& name, const std::string& option) -> Parameter& {
-    Parameter& p = named(name, option);
-    if (!seen.insert(name).second) throw Error({option, "says a second thing about a parameter", name, {}});
-    return p;
-  };
-  for (const std::string& name : choices.free) take(name, "--free").role = Role::kFree;
-  for (const std::string& name : choices.fix) take(name, "--fix").role = Role::kHeld;
+  for (const std::string& name : choices.free) {
+    if (!seen.insert(name).second) return DoubledChoice{"--free", name};
+  }
+  for (const std::string& name : choices.fix) {
+    if (!seen.insert(name).second) return DoubledChoice{"--fix", name};
+  }
   for (const auto& [name, sigma] : choices.prior_sigma) {
-    Parameter& p = take(name, "--prior");
+    if (!seen.insert(name).second) return DoubledChoice{"--prior", name};
+  }
+  return std::nullopt;
+}
+
+void ParameterTable::choose(const ParameterChoices& choices) {
+  if (const auto twice = doubled_choice(choices))
+    throw Error({twice->option, "says a second thing about a parameter", twice->name, {}});
+  for (const std::string& name : choices.free) named(name, "--free").role = Role::kFree;
+  for (const std::string& name : choices.fix) named(name, "--fix").role = Role::kHeld;
+  for (const auto& [name, sigma] : choices.prior_sigma) {
+    Parameter& p = named(name, "--prior");
     if (!(sigma > 0 && sigma < 1e9))
       throw Error({"--prior", "needs a positive standard deviation for " + name, number_text(sigma), {}});
     p.prior_sigma = sigma * p.unit;

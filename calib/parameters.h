@@ -25,6 +25,12 @@ struct ParameterChoices {
   std::map<std::string, double> prior_sigma;  ///< file units
 };
 
+/// A parameter that two of the choices name, and the option that does so second.
+struct DoubledChoice {
+  std::string option, name;
+};
+std::optional<DoubledChoice> doubled_choice(const ParameterChoices& choices);
+
 struct Parameter {
   std::string name;        ///< dotted key, or "mount.NAME.tilt_deg", "mount.NAME.height_mm"
   double unit = 1;         ///< metres or radians of one file unit

@@ -118,10 +118,7 @@ Target read_target(const Row& row, std::vector<std::string>& mounts) {
   t.file = row.text("file");
   const std::string mount = row.text("mount");
   if (t.kind == TargetKind::kSpecular) {
-    const auto plain = [](unsigned char c) {
-      return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.' || c == ' ';
-    };
-    if (!std::all_of(mount.begin(), mount.end(), plain)) {
+    if (!is_mount_name(mount)) {
       throw Error({row.where() + ": mount", "is not a plain name", "'" + mount + "'",
                    "letters, digits, '-', '_', '.' and spaces"});
     }
@@ -151,6 +148,12 @@ Spot spot_of(const Target& t) {
 }
 
 }  // namespace
+
+bool is_mount_name(const std::string& name) {
+  return std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.' || c == ' ';
+  });
+}
 
 TargetList parse_targets(const std::string& text, const std::string& name) {
   TargetList list{name, {}, {}};

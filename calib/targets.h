@@ -25,6 +25,9 @@ struct Target {
   int line = 0;           ///< in the file, from 1
 };
 
+/// Whether a mount may be called so: letters, digits, '-', '_', '.' and spaces.
+bool is_mount_name(const std::string& name);
+
 struct TargetList {
   std::string name;                 ///< of the file, for messages
   std::vector<std::string> mounts;  ///< mirror mountings in order of appearance; "" where the file names none

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
-#include <set>
 
 #include <nlohmann/json.hpp>
 
@@ -36,18 +35,8 @@ struct Options {
   OutputOptions output;
 };
 
-CLI::ValidationError second_thing(const char* option, const std::string& text) {
+CLI::ValidationError second_thing(const std::string& option, const std::string& text) {
   return CLI::ValidationError(option, "'" + text + "' says a second thing about a parameter");
-}
-
-void require_one_choice_each(const calib::ParameterChoices& choices) {
-  std::set<std::string> seen;
-  const auto take = [&](const char* option, const std::string& name) {
-    if (!seen.insert(name).second) throw second_thing(option, name);
-  };
-  for (const std::string& name : choices.free) take("--free", name);
-  for (const std::string& name : choices.fix) take("--fix", name);
-  for (const auto& [name, sigma] : choices.prior_sigma) take("--prior", name);
 }
 
 void read_prior(const std::string& text, calib::ParameterChoices& choices) {
@@ -143,7 +132,7 @@ void run(Options o, const Invocation& invocation) {
   o.output.check();
   check_picture(o);
   for (const std::string& p : o.priors) read_prior(p, o.calibrate.choices);
-  require_one_choice_each(o.calibrate.choices);
+  if (const auto twice = calib::doubled_choice(o.calibrate.choices)) throw second_thing(twice->option, twice->name);
   o.calibrate.select = !o.fit_all;
   const Instrument nominal = read_instrument(o.instrument);
   note_odd_size(o.instrument, nominal);

@@ -75,12 +75,10 @@ void check_exposure(const Frame& frame, const std::vector<Frame>& darks) {
   }
 }
 
-// A field of targets.csv.
+// Before the targets are written that calibrate would refuse.
 void check_mount(const std::optional<std::string>& mount) {
-  if (!mount) return;
-  const bool blank = mount->find_first_not_of(" \t") == std::string::npos;
-  if (blank || mount->find_first_of(",\"\n\r#") != std::string::npos)
-    throw CLI::ValidationError("--mount", "'" + *mount + "' is no name that a CSV file can hold");
+  if (!mount || calib::is_mount_name(*mount)) return;
+  throw CLI::ValidationError("--mount", "'" + *mount + "' is not made of letters, digits, '-', '_', '.' and spaces");
 }
 
 calib::SpotSetting command_line_setting(const Options& o) {

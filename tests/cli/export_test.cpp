@@ -55,6 +55,20 @@ TEST_F(Export, PoniOfOtherPixelsIsToldOf) {
   EXPECT_NE(back.err.find("like.toml 9 um x 9 um"), std::string::npos) << back.err;
 }
 
+// Millimetres taken for metres, and the pose of another file.
+TEST_F(Export, PoniOfAnotherPlaceIsToldOf) {
+  ASSERT_EQ(run({"export", "instrument.toml", "-o", "out.poni"}).status, 0);
+  const ToolRun elsewhere = run_tool({"export", "out.poni", "--instrument", "instrument.toml", "--stage-deg", "30",
+                                      "--arm-deg", "75", "-o", "elsewhere.toml"},
+                                     lab_.folder());
+  ASSERT_EQ(elsewhere.status, 0) << elsewhere.err;
+  EXPECT_NE(elsewhere.err.find("units, and this pose?"), std::string::npos) << elsewhere.err;
+  lab_.write("far.poni", std::regex_replace(lab_.read("out.poni"), std::regex("Distance: [^\n]*"), "Distance: 325"));
+  const ToolRun far = run({"export", "far.poni", "--instrument", "instrument.toml", "-o", "far.toml"});
+  ASSERT_EQ(far.status, 0) << far.err;
+  EXPECT_NE(far.err.find("note: far.poni puts the detector at 32"), std::string::npos) << far.err;
+}
+
 TEST_F(Export, CameramodelIsTheSameDetector) {
   const ToolRun done = run({"export", "instrument.toml", "-o", "out.cameramodel", "--json"});
   ASSERT_EQ(done.status, 0) << done.err;

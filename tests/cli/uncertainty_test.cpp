@@ -29,6 +29,14 @@ class UncertaintyVerb : public testing::Test {
     if (done.status != 0) throw std::runtime_error(done.err);
     return nlohmann::json::parse(done.out);
   }
+  // The map again, of next to no light.
+  void dim() {
+    lab_.replace("scene.toml", "exposure_s = 0.25", "exposure_s = 0.0001");
+    ASSERT_EQ(run_tool({"simulate", "scene.toml", "-o", "dim"}, lab_.folder()).status, 0);
+    ASSERT_EQ(run_tool({"brdf", "dim/measurement.toml", "-o", "maps/measured.fits", "--force"}, lab_.folder()).status,
+              0);
+    map_ = read_map_fits(lab_.path("maps/measured.fits"));
+  }
   std::pair<int, int> brightest() const {
     return first_by([](double a, double b) { return a > b; });
   }
@@ -81,11 +89,15 @@ TEST_F(UncertaintyVerb, RegionOfOnePixelIsThePixel) {
   EXPECT_EQ(pixel, region);
 }
 
+TEST_F(UncertaintyVerb, ARatioToWhatMayBeNothingIsToldOf) {
+  const std::string note = "note: the second value may be 0", peak = text_of(brightest());
+  EXPECT_EQ(run({"--pixel", peak, "--and", peak}).err.find(note), std::string::npos);
+  dim();
+  EXPECT_NE(run({"--pixel", peak, "--and", text_of(faintest())}).err.find(note), std::string::npos);
+}
+
 TEST_F(UncertaintyVerb, AnIntervalThatReachesZeroHasNoDecibels) {
-  lab_.replace("scene.toml", "exposure_s = 0.25", "exposure_s = 0.0001");  // next to no light
-  ASSERT_EQ(run_tool({"simulate", "scene.toml", "-o", "dim"}, lab_.folder()).status, 0);
-  ASSERT_EQ(run_tool({"brdf", "dim/measurement.toml", "-o", "maps/measured.fits", "--force"}, lab_.folder()).status, 0);
-  map_ = read_map_fits(lab_.path("maps/measured.fits"));
+  dim();
   const std::string faint = text_of(faintest());
   const ToolRun done = run({"--pixel", faint});
   ASSERT_EQ(done.status, 0) << done.err;

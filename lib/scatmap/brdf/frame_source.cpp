@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <functional>
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
@@ -174,6 +173,8 @@ void FrameSource::require_new(const InputRecord& record, const std::filesystem::
 
 namespace {
 
+constexpr double kWander = 0.2;  // of the read noise, all pixels together
+
 // Frames of one exposure see the same light. What the sensor's offset may wander by is no light.
 // @param allowed  relative
 std::optional<std::string> light_that_differs(const std::vector<Frame>& frames, const std::vector<double>& net_dn,
@@ -199,8 +200,8 @@ std::optional<std::string> clipping(const Frame& frame, const FrameLight& light,
 
 }  // namespace
 
-void FrameSource::note_light(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role) {
-  constexpr double kWander = 0.2;  // of the read noise, all pixels together
+void FrameSource::note_light(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role,
+                             bool bright) {
   const auto pixels = static_cast<double>(dark.level_dn.size());
   const double dark_dn = frame_light(dark.level_dn).sum_dn;
   std::vector<double> net_dn;
@@ -210,23 +211,25 @@ void FrameSource::note_light(const std::vector<Frame>& frames, const MasterDark&
     net_dn.push_back(light.sum_dn - dark_dn);
     if (const auto note = clipping(frame, light, dark_dn / pixels, sensor_)) notes_.push_back(*note);
   }
-  const double wander_dn = kWander * sensor_.read_noise_dn() * pixels;
   constexpr double kAllowed = 0.1;
-  if (const auto note = light_that_differs(frames, net_dn, std::max(kAllowed, 3 * measurement_.laser_drift), wander_dn))
+  if (bright) return;
+  if (const auto note = light_that_differs(frames, net_dn, std::max(kAllowed, 3 * measurement_.laser_drift),
+                                           kWander * sensor_.read_noise_dn() * pixels))
     notes_.push_back(role + ": " + *note);
 }
 
-// Where there is much light, less suffices to tell. @return whether the scene moved or changed
-bool FrameSource::note_changes(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role) {
+// Where there is much light, less suffices to tell.
+FrameSource::Changes FrameSource::note_changes(const std::vector<Frame>& frames, const MasterDark& dark,
+                                               const std::string& role) {
   constexpr std::size_t kFew = 5;
-  if (frames.size() < 2) return false;
+  if (frames.size() < 2) return {false, false};
   const FrameChanges found =
       frame_changes(frames, dark, sensor_, row_step(frames.front().dn.rows(), is_signature(role)));
-  if (found.pixels <= kFew) return false;
+  if (found.pixels <= kFew) return {false, false};
   std::vector<double> net_dn;
   for (const FrameChange& f : found.of_frame) net_dn.push_back(f.net_dn);
   const auto pixels = static_cast<double>(found.pixels);
-  constexpr double kSteady = 0.01, kWander = 0.2, kSigmas = 6;  // relative; of the read noise; of the sums
+  constexpr double kSteady = 0.01, kSigmas = 6;  // relative; of the sums' noise
   if (const auto note = light_that_differs(frames, net_dn, std::max(kSteady, 3 * measurement_.laser_drift),
                                            kWander * sensor_.read_noise_dn() * pixels + kSigmas * found.u_net_dn))
     notes_.push_back(role + ": " + *note + " where there is light");
@@ -234,11 +237,11 @@ bool FrameSource::note_changes(const std::vector<Frame>& frames, const MasterDar
   const auto most = std::max_element(found.of_frame.begin(), found.of_frame.end(),
                                      [](const auto& a, const auto& b) { return a.differing < b.differing; });
   const auto differing = static_cast<double>(most->differing);
-  if (most->differing <= kFew || !(differing > kMany * pixels)) return false;
+  if (most->differing <= kFew || !(differing > kMany * pixels)) return {true, false};
   notes_.push_back(role + ": " + percent_text(differing / pixels) + " of the bright pixels of " +
                    frames[static_cast<std::size_t>(most - found.of_frame.begin())].file.string() +
                    " differ from the frames' mean by more than noise and drift: did the beam or the scene move?");
-  return true;
+  return {true, true};
 }
 
 std::shared_ptr<const FrameSource::Dark> FrameSource::dark_of(const Exposure& e, double quantum_dn) {
@@ -277,16 +280,17 @@ FrameSource::Raw FrameSource::read_exposure(const Exposure& e, const std::string
   }
   record.darks = dark->records;
   check_level(dark->master, role);
-  note_light(frames, dark->master, role);
-  const bool moved = note_changes(frames, dark->master, role);
+  const Changes changes = note_changes(frames, dark->master, role);
+  note_light(frames, dark->master, role, changes.bright);
   const double pooled = dark->master.pooled_from_frames ? std::sqrt(dark->master.pooled_variance_dn2) : 0;
-  return {std::move(frames), std::move(dark), pooled, std::move(record), moved};
+  return {std::move(frames), std::move(dark), pooled, std::move(record), changes.moved};
 }
 
 namespace {
 
 // The mean of frames taken one by one: none of their values is an outlier of the others.
-Counts mean_of_single(const std::vector<Frame>& frames, const std::function<Counts(const Frame&)>& reduced) {
+template <class Reduce>
+Counts mean_of_single(const std::vector<Frame>& frames, const Reduce& reduced) {
   Counts out = reduced(frames.front());
   for (std::size_t k = 1; k < frames.size(); ++k) {
     const Counts more = reduced(frames[k]);

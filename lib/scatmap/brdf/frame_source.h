@@ -53,8 +53,12 @@ class FrameSource {
   void require_new(const InputRecord& record, const std::filesystem::path& path);
   void note_flat(const Frame& flat);
   void check_level(const MasterDark& dark, const std::string& role);
-  void note_light(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role);
-  bool note_changes(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role);
+  struct Changes {
+    bool bright;  ///< enough pixels show much light
+    bool moved;   ///< and they changed between the frames
+  };
+  void note_light(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role, bool bright);
+  Changes note_changes(const std::vector<Frame>& frames, const MasterDark& dark, const std::string& role);
 
   const Measurement& measurement_;
   SensorModel sensor_;

@@ -4,13 +4,13 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
 #include "scatmap/counts/dark.h"
 #include "scatmap/counts/photon_transfer_linearity.h"
+#include "scatmap/counts/temporal_noise.h"
 
 namespace scatmap {
 namespace {
@@ -19,92 +19,12 @@ constexpr double kGainRange = 0.7;                       // EMVA 1288, 6.6: of s
 constexpr double kLinearLow = 0.05, kLinearHigh = 0.95;  // 6.7
 constexpr double kQuantisation = 1.0 / 12;
 constexpr double kOutlierSigmas = 6;
-constexpr double kHitSigmas = 7;  // of a pair's differences: noise goes so far once in 4e11
 
 double median_of(std::vector<double> v) {
   const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
   std::nth_element(v.begin(), middle, v.end());
   return *middle;
 }
-
-using Use = std::vector<bool>;  // pixel by pixel
-
-struct Temporal {
-  double mean = 0, variance = 0, values = 0;  // values: independent differences behind the variance
-};
-
-struct Pair {
-  double mean = 0, variance = 0, values = 0;
-};
-
-// Differences further off than `limit` from `centre` are hits of one of the frames: the other is what counts.
-Pair pair_within(const RawCounts& a, const RawCounts& b, const Use& use, double centre, double limit) {
-  double sum = 0, square = 0, both = 0, n = 0, pixels = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const double x = a[i], y = b[i], d = x - y;
-    if (!use[i] || std::isnan(d)) continue;
-    const bool hit = std::abs(d - centre) > limit;
-    pixels += 1;
-    both += hit ? 2 * std::min(x, y) : x + y;
-    if (hit) continue;
-    sum += d;
-    square += (d - centre) * (d - centre);
-    n += 1;
-  }
-  const double off = sum / n - centre;
-  return {both / pixels / 2, (square - n * off * off) / (n - 1) / 2, n};
-}
-
-// The spatial pattern cancels in the difference of two frames, its mean is drift of the light.
-Pair pair_of(const RawCounts& a, const RawCounts& b, const Use& use) {
-  std::vector<double> differences;
-  differences.reserve(a.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const double d = static_cast<double>(a[i]) - b[i];
-    if (use[i] && !std::isnan(d)) differences.push_back(d);
-  }
-  if (differences.empty()) return {std::nan(""), std::nan(""), 0};
-  const double centre = median_of(differences);
-  Pair pair = pair_within(a, b, use, centre, std::numeric_limits<double>::infinity());
-  for (double before = 0; pair.values != before;) {
-    before = pair.values;
-    pair = pair_within(a, b, use, centre, kHitSigmas * std::sqrt(2 * pair.variance) + 0.5);
-  }
-  return pair;
-}
-
-double mean_of(const RawCounts& dn, const Use& use) {
-  double sum = 0, n = 0;
-  for (std::size_t i = 0; i < dn.size(); ++i) {
-    if (!use[i]) continue;
-    sum += dn[i];
-    n += 1;
-  }
-  return sum / n;
-}
-
-// Pairs of successive frames.
-Temporal temporal(std::span<const Frame> frames, const Use& use) {
-  Temporal out;
-  double pairs = 0, count = 0;
-  for (std::size_t k = 0; k + 1 < frames.size(); k += 2) {
-    const Pair pair = pair_of(frames[k].dn, frames[k + 1].dn, use);
-    out.mean += 2 * pair.mean;
-    out.variance += pair.variance;
-    out.values += pair.values - 1;
-    pairs += 1;
-    count += 2;
-  }
-  if (frames.size() % 2 == 1) {
-    out.mean += mean_of(frames.back().dn, use);
-    count += 1;
-  }
-  out.mean /= count;
-  out.variance /= pairs;
-  return out;
-}
-
-double u_variance(const Temporal& t) { return t.variance * std::sqrt(2 / t.values); }
 
 void check(std::span<const TransferLevel> levels) {
   for (const TransferLevel& l : levels) {
@@ -207,7 +127,8 @@ void require_growth(const std::vector<TransferPoint>& points, double saturation_
   }
 }
 
-void count_saturated(PhotonTransfer& out, std::span<const TransferLevel> levels, const Use& use, double saturation_dn) {
+void count_saturated(PhotonTransfer& out, std::span<const TransferLevel> levels, const PixelUse& use,
+                     double saturation_dn) {
   for (std::size_t i = 0; i < levels.size(); ++i) {
     double values = 0, saturated = 0;
     for (const Frame& f : levels[i].flats) {
@@ -282,11 +203,11 @@ Line fit_bias(PhotonTransfer& out, double pixels) {
   return line;
 }
 
-void fit_dark(PhotonTransfer& out, const Temporal& shortest, const Line& bias) {
+void fit_dark(PhotonTransfer& out, const TemporalNoise& shortest, const Line& bias) {
   const double k = out.gain_dn_per_e.value, relative_k = out.gain_dn_per_e.u / k;
   const double variance = std::max(0.0, shortest.variance - kQuantisation);
   const double sigma = std::sqrt(variance) / k;
-  out.dark_noise_e = {sigma, std::hypot(sigma * relative_k, sigma > 0 ? u_variance(shortest) / (2 * sigma * k * k)
+  out.dark_noise_e = {sigma, std::hypot(sigma * relative_k, sigma > 0 ? shortest.u_variance() / (2 * sigma * k * k)
                                                                       : std::sqrt(kQuantisation) / k)};
   out.dark_current_e_per_s = {bias.slope.value / k, std::hypot(bias.slope.u / k, bias.slope.value / k * relative_k)};
 }
@@ -300,12 +221,12 @@ Grid<double> mean_frame(std::span<const Frame> frames) {
 }
 
 // Which values stand within so many robust standard deviations; those of whole numbers are not below `least`.
-Use ordinary(const Grid<double>& g, double sigmas = kOutlierSigmas, double least = 0) {
+PixelUse ordinary(const Grid<double>& g, double sigmas = kOutlierSigmas, double least = 0) {
   std::vector<double> values(g.begin(), g.end());
   const double median = median_of(values);
   for (double& v : values) v = std::abs(v - median);
   const double limit = sigmas * std::max(least, 1.4826 * median_of(values));
-  Use out(g.size());
+  PixelUse out(g.size());
   for (std::size_t i = 0; i < g.size(); ++i) out[i] = std::abs(g[i] - median) <= limit;
   return out;
 }
@@ -320,7 +241,7 @@ Grid<double> darks_at_no_exposure(const std::vector<TransferLevel>& levels) {
 }
 
 // Removes the least-squares quadratic surface: light is never quite uniform.
-void flatten(Grid<double>& g, const Use& use) {
+void flatten(Grid<double>& g, const PixelUse& use) {
   using Terms = Eigen::Matrix<double, 6, 1>;
   const auto terms = [&](std::size_t i) {
     const auto columns = static_cast<std::size_t>(g.columns());
@@ -341,7 +262,7 @@ void flatten(Grid<double>& g, const Use& use) {
 }
 
 // Spatial variance without the temporal noise that is left in a mean of `frames`; u from the number of pixels.
-Estimate spatial_variance(const Grid<double>& g, const Use& use, double temporal_variance, double frames) {
+Estimate spatial_variance(const Grid<double>& g, const PixelUse& use, double temporal_variance, double frames) {
   double sum = 0, square = 0, n = 0;
   for (std::size_t i = 0; i < g.size(); ++i) {
     if (!use[i]) continue;
@@ -374,7 +295,7 @@ void non_uniformity(PhotonTransfer& out, std::span<const TransferLevel> levels, 
     if (off(i) < off(half)) half = i;
   }
   Grid<double> flat = mean_frame(levels[half].flats);
-  const Use use = ordinary(flat);
+  const PixelUse use = ordinary(flat);
   flatten(flat, use);
   const Estimate flat_variance =
       spatial_variance(flat, use, out.points[half].variance_dn2, static_cast<double>(levels[half].flats.size()));
@@ -407,7 +328,7 @@ void linearity(PhotonTransfer& out, double saturation_dn, double pixels) {
   out.largest_deviation = largest;
 }
 
-std::array<double, 4> moments_of(std::span<const Frame> frames, const Use& use, double bias_dn) {
+std::array<double, 4> moments_of(std::span<const Frame> frames, const PixelUse& use, double bias_dn) {
   std::array<double, 4> sum{};
   double count = 0;
   for (const Frame& f : frames) {
@@ -425,7 +346,7 @@ std::array<double, 4> moments_of(std::span<const Frame> frames, const Use& use, 
   return sum;
 }
 
-void correction(PhotonTransfer& out, std::span<const TransferLevel> levels, const Use& use, double saturation_dn) {
+void correction(PhotonTransfer& out, std::span<const TransferLevel> levels, const PixelUse& use, double saturation_dn) {
   std::vector<LinearityPoint> points;
   const double range = saturation_dn - out.bias_dn.value;
   for (std::size_t i = 0; i < levels.size(); ++i) {
@@ -452,14 +373,16 @@ PhotonTransfer photon_transfer(std::span<const TransferLevel> given, std::option
   check(given);
   std::vector<TransferLevel> levels(given.begin(), given.end());
   std::sort(levels.begin(), levels.end(), [](const auto& a, const auto& b) { return a.exposure_s < b.exposure_s; });
-  const Use use = ordinary(darks_at_no_exposure(levels), kDefectSigmas, 1);
+  const PixelUse use = ordinary(darks_at_no_exposure(levels), kDefectSigmas, 1);
   PhotonTransfer out;
   out.left_out_pixels = static_cast<std::size_t>(std::count(use.begin(), use.end(), false));
   if (out.left_out_pixels == use.size()) throw Error({"darks", "hold no number that could be compared", {}, {}});
+  TemporalNoise shortest;
   for (const TransferLevel& l : levels) {
-    const Temporal flat = temporal(l.flats, use), dark = temporal(l.darks, use);
+    const TemporalNoise flat = temporal_noise(l.flats, use), dark = temporal_noise(l.darks, use);
+    if (out.points.empty()) shortest = dark;
     out.points.push_back({l.exposure_s, flat.mean, flat.variance, dark.mean, dark.variance,
-                          std::hypot(u_variance(flat), u_variance(dark)), 0, false});
+                          std::hypot(flat.u_variance(), dark.u_variance()), 0, false});
   }
   if (stated_saturation_dn) check_stated(out.points, levels, *stated_saturation_dn);
   out.saturation_dn = stated_saturation_dn ? stated_saturation_dn : saturation_of(out, levels);
@@ -470,7 +393,7 @@ PhotonTransfer photon_transfer(std::span<const TransferLevel> given, std::option
   const Line bias = fit_bias(out, pixels);
   correction(out, levels, use, saturation);
   fit_gain(out, saturation);
-  fit_dark(out, temporal(levels.front().darks, use), bias);
+  fit_dark(out, shortest, bias);
   non_uniformity(out, levels, saturation);
   linearity(out, saturation, pixels);
   return out;

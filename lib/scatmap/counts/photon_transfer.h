@@ -61,8 +61,7 @@ inline constexpr double kMostSaturated = 1e-3;
 /// or more) off the median count nowhere: stuck columns would shift every level.
 inline constexpr double kDefectSigmas = 50;
 
-/// Characterises a sensor from its frames. Differences within a pair beyond 7 standard deviations are hits: they
-/// count in no variance, and the lower value for both in the mean. Saturation is the converter's ceiling less
+/// Characterises a sensor from its frames. Means and variances: temporal_noise.h. Saturation is the converter's ceiling less
 /// kCeilingSigmas where flats reach it; else (a full well) the mean at which the variance is largest, as EMVA 1288 has
 /// it.  The slow variation of the light over the frame (a quadratic surface) is taken out of PRNU. Spatial numbers
 /// leave out pixels further than 6 robust standard deviations from the median.
