@@ -1,11 +1,13 @@
-// Freed planes serve the next of their size, and never make a program hold more than the most it had in use. Does not
+// Freed planes serve those to come, and never make a program hold more than the most it had in use. Does not
 // prove what the kernel does with the advice on page size. AddressSanitizer's builds keep nothing: there only the first
 // test says something.
 #include "scatmap/base/huge_page_allocator.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -44,6 +46,23 @@ std::size_t held() {
   return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
+// Pages that this process touched first, whatever their size.
+long fresh_pages() {
+  rusage use{};
+  getrusage(RUSAGE_SELF, &use);
+  return use.ru_minflt;
+}
+
+char* written_block(std::size_t bytes, char value) {
+  auto* const memory = static_cast<char*>(allocate_pages(bytes));
+  std::memset(memory, value, bytes);
+  return memory;
+}
+
+bool holds(const char* memory, std::size_t bytes, char value) {
+  return std::all_of(memory, memory + bytes, [&](char c) { return c == value; });
+}
+
 TEST(HugePageAllocator, WhatNobodyHasIsRefused) {  // AddressSanitizer ends the program instead
   EXPECT_THROW(allocate_pages(std::numeric_limits<std::size_t>::max() / 2), std::bad_alloc);
 }
@@ -57,6 +76,32 @@ TEST(HugePageAllocator, AFreedBlockServesTheNextOfItsSize) {
   EXPECT_NE(other, first);
   free_pages(other, 6 * kMiB);
   free_pages(again, 40 * kMiB - 5);
+}
+
+// Planes of float become planes of double and the other way round.
+TEST(HugePageAllocator, PagesOfFreedBlocksServeOthersOfAnySize) {
+  constexpr long kFew = 4;
+  char *first = written_block(34 * kMiB, 'a'), *second = written_block(34 * kMiB, 'b');
+  char* const kept = written_block(10 * kMiB, 'k');
+  ASSERT_GT(fresh_pages(), kFew);
+  free_pages(first, 34 * kMiB);
+  free_pages(second, 34 * kMiB);
+  const long before = fresh_pages();
+  char* const wide = written_block(66 * kMiB, 'w');
+  EXPECT_EQ(reinterpret_cast<std::uintptr_t>(wide) % (2 * kMiB), 0u);
+  char* const narrow = written_block(2 * kMiB, 'n');  // what is left of the two
+  EXPECT_LE(fresh_pages(), before + kFew);
+  EXPECT_TRUE(holds(wide, 66 * kMiB, 'w') && holds(narrow, 2 * kMiB, 'n') && holds(kept, 10 * kMiB, 'k'));
+  free_pages(wide, 66 * kMiB);
+  char* parts[4];
+  for (char*& part : parts) part = written_block(16 * kMiB, static_cast<char>('0' + (&part - parts)));
+  EXPECT_LE(fresh_pages(), before + kFew);
+  for (char*& part : parts) {
+    EXPECT_TRUE(holds(part, 16 * kMiB, static_cast<char>('0' + (&part - parts))));
+    free_pages(part, 16 * kMiB);
+  }
+  free_pages(narrow, 2 * kMiB);
+  free_pages(kept, 10 * kMiB);
 }
 
 TEST(HugePageAllocator, HoldsNoMoreThanTheMostThatWasInUse) {
@@ -79,11 +124,13 @@ TEST(HugePageAllocator, ThreadsShareIt) {
   for (std::size_t t = 0; t < wrong.size(); ++t) {
     threads.emplace_back([&wrong, t] {
       for (int i = 0; i < 300; ++i) {
-        auto* p = static_cast<std::size_t*>(allocate_pages(8 * kMiB));
-        *p = t;
+        const std::size_t size = (i % 3 == 0 ? 16 : 6) * kMiB;  // moved pages too
+        auto* p = static_cast<std::size_t*>(allocate_pages(size));
+        auto* const last = p + size / sizeof *p - 1;
+        *p = *last = t;
         std::this_thread::yield();
-        wrong[t] += *p != t;
-        free_pages(p, 8 * kMiB);
+        wrong[t] += *p != t || *last != t;
+        free_pages(p, size);
       }
     });
   }

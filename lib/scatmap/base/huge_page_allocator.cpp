@@ -52,29 +52,24 @@ void* map_pages(std::size_t size) {
   return begin + head;
 }
 
-// Blocks that were freed, for the next of their size: planes come in four sizes. In use and kept together are never
-// more than the most that was in use at once.
+// Blocks that were freed, for those to come. The pages of large ones move from address to address as they are needed:
+// to clear fresh ones costs more than a map's arithmetic. In use and kept together are never more than the most that
+// was in use at once.
 class KeptPages {
  public:
   KeptPages() { kept_.reserve(kMost); }
 
   void* take(std::size_t size) {
     const std::lock_guard lock(mutex_);
-    const auto at = std::find_if(kept_.rbegin(), kept_.rend(), [&](const Block& b) { return b.size == size; });
-    void* memory = nullptr;
-    if (at != kept_.rend()) {
-      memory = at->memory;
-      kept_bytes_ -= size;
-      kept_.erase(std::next(at).base());
-    } else {
-      drop_beyond(std::max(most_bytes_, used_bytes_ + size) - used_bytes_ - size);
+    void* memory = kept_of(size);
+    if (memory == nullptr && size >= kHugePage) memory = gathered(size);
+    drop_beyond(std::max(most_bytes_, used_bytes_ + size) - used_bytes_ - size);
+    if (memory == nullptr) memory = map_pages(size);
+    if (memory == nullptr) {
+      drop_beyond(0);
       memory = map_pages(size);
-      if (memory == nullptr) {
-        drop_beyond(0);
-        memory = map_pages(size);
-      }
-      if (memory == nullptr) return nullptr;
     }
+    if (memory == nullptr) return nullptr;
     used_bytes_ += size;
     most_bytes_ = std::max(most_bytes_, used_bytes_);
     return memory;
@@ -88,16 +83,53 @@ class KeptPages {
       return;
     }
     kept_bytes_ += size;
-    kept_.push_back({memory, size});
+    kept_.push_back({static_cast<std::byte*>(memory), size});
   }
 
  private:
   struct Block {
-    void* memory;
+    std::byte* memory;
     std::size_t size;
   };
 
   static constexpr std::size_t kMost = 256;  // blocks
+
+  // @return nullptr: none is of that size
+  void* kept_of(std::size_t size) {
+    const auto at = std::find_if(kept_.rbegin(), kept_.rend(), [&](const Block& b) { return b.size == size; });
+    if (at == kept_.rend()) return nullptr;
+    void* const memory = at->memory;
+    kept_bytes_ -= size;
+    kept_.erase(std::next(at).base());
+    return memory;
+  }
+
+  // A block made of the pages of others, the newest first, and of fresh ones where those do not suffice.
+  // @return nullptr: there are none, or they cannot be moved
+  void* gathered(std::size_t size) {
+    auto* const memory = kept_bytes_ > 0 ? static_cast<std::byte*>(map_pages(size)) : nullptr;
+    if (memory == nullptr) return nullptr;
+    std::size_t done = 0;
+    bool moved = true;
+    for (auto at = kept_.end(); moved && done < size && at != kept_.begin();) {
+      Block& block = *--at;
+      for (; moved && done < size && block.size >= kHugePage; done += kHugePage) {
+        block.size -= kHugePage;
+        kept_bytes_ -= kHugePage;
+        moved = move_page(block.memory + block.size, memory + done);
+        if (!moved) munmap(block.memory + block.size, kHugePage);
+      }
+    }
+    std::erase_if(kept_, [](const Block& b) { return b.size == 0; });
+    if (moved) return memory;
+    munmap(memory, size);
+    return nullptr;
+  }
+
+  // One by one, as the pages of a block may come from several mappings.
+  static bool move_page(void* from, void* to) {
+    return mremap(from, kHugePage, kHugePage, MREMAP_MAYMOVE | MREMAP_FIXED, to) == to;
+  }
 
   // The oldest go first.
   void drop_beyond(std::size_t bytes) {

@@ -7,8 +7,8 @@ namespace scatmap {
 
 /// @return `bytes` of uninitialised memory, 64-byte-aligned; 2 MiB-aligned and advised to use huge pages when it is
 /// large: the first touch of 4 KiB pages costs 4 to 11 ns per pixel, more than the arithmetic of a map. Large blocks
-/// that were freed are kept for the next of the same size; in use and kept together never exceed the most that was in
-/// use at once. Any thread. @throws std::bad_alloc
+/// that were freed are kept, and their pages serve those to come, of whatever size; in use and kept together never
+/// exceed the most that was in use at once. Any thread. @throws std::bad_alloc
 void* allocate_pages(std::size_t bytes);
 /// @param bytes  as allocated
 void free_pages(void* memory, std::size_t bytes) noexcept;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <utility>
 
 #include "scatmap/base/error.h"
 #include "scatmap/base/number_text.h"
@@ -77,6 +78,9 @@ Grid<Mask> read_bad_pixels(const std::filesystem::path& path, const Instrument& 
 FrameSource::FrameSource(const Measurement& measurement)
     : measurement_(measurement), sensor_(sensor_model(measurement)) {
   const Instrument& in = measurement.instrument;
+  for (const std::vector<Exposure>* list : {&measurement.signatures, &measurement.exposures}) {
+    for (const Exposure& e : *list) ++darks_to_come_[e.darks];
+  }
   if (measurement.flat) {
     const Frame flat = read_frame(*measurement.flat);
     require_flat(flat);
@@ -252,13 +256,14 @@ std::shared_ptr<const FrameSource::Dark> FrameSource::dark_of(const Exposure& e,
              {},
              groups_++});
   }
-  auto& slot = darks_[e.darks];
+  std::shared_ptr<const Dark>& slot = darks_[e.darks];
   if (!slot) {
     std::vector<InputRecord> records;
     const std::vector<Frame> frames = read_all(e, true, records);
     slot = std::make_shared<Dark>(Dark{combine_darks(frames, sensor_), std::move(records), groups_++});
   }
-  return slot;
+  if (--darks_to_come_.at(e.darks) > 0) return slot;
+  return std::exchange(slot, nullptr);
 }
 
 FrameSource::Raw FrameSource::read_exposure(const Exposure& e, const std::string& role) {

@@ -11,7 +11,8 @@
 
 namespace scatmap {
 
-/// Reads and reduces the exposures of a measurement; each list of darks is read and combined once.
+/// Reads and reduces the exposures of a measurement, each once; each list of darks is read and combined once, and kept
+/// until no exposure to come needs it.
 class FrameSource {
  public:
   /// Reads flat and bad pixels. @throws Error, also when the instrument lacks sensor.gain_e_per_dn, read_noise_e or
@@ -64,6 +65,7 @@ class FrameSource {
   SensorModel sensor_;
   PixelResponse response_;
   std::map<std::vector<std::filesystem::path>, std::shared_ptr<const Dark>> darks_;
+  std::map<std::vector<std::filesystem::path>, int> darks_to_come_;  // exposures that are not read yet
   std::string row_order_, row_order_file_;
   std::map<std::string, std::filesystem::path> seen_;  // by checksum
   std::vector<std::string> notes_;

@@ -321,7 +321,7 @@ void fused_map_of(const Measurement& m, FrameSource& source, const MergedSignatu
   fused_map({raw.frames, raw.dark->master, source.sensor(), source.response(), exposure.exposure_s, factor},
             {view, nullptr, pose ? &*pose : nullptr}, {.with_total = false, .with_expected = u_nonlinearity(m) > 0},
             planes);
-  raw.frames.clear();  // before the angles need memory
+  raw = {};  // before the angles need memory
   map.brdf_per_sr = std::move(planes.brdf_per_sr);
   map.u_random_per_sr = std::move(planes.u_random_per_sr);
   map.u_pose_per_sr = std::move(planes.u_pose_per_sr);
